@@ -1,0 +1,27 @@
+/// \file
+/// Tallies are 64-bit integers: sums that do not depend on the order of their parts, so that any
+/// number of threads, ranks and devices gives the same one.
+#pragma once
+
+#include <cstdint>
+
+#include "tyndall/base/math.h"
+
+namespace tyndall {
+
+/// Value of the last place of every tally of weights: a constant of the arithmetic version.
+inline constexpr float weight_units = 16777216.0f;  // 2^24
+
+/// \return `weight` in units of 2^-24, rounded to nearest, ties to even.
+TYN_HD std::int64_t to_units(float weight) { return round_to_integer(weight * weight_units); }
+
+/// Adds atomically.
+TYN_HD void deposit(std::int64_t& tally, std::int64_t amount) {
+#if defined(__CUDA_ARCH__)
+  atomicAdd(reinterpret_cast<unsigned long long*>(&tally), static_cast<unsigned long long>(amount));
+#else
+  __atomic_fetch_add(&tally, amount, __ATOMIC_RELAXED);
+#endif
+}
+
+}  // namespace tyndall

@@ -1,0 +1,17 @@
+/// \file
+/// One text for host and device.
+#pragma once
+
+#if defined(__CUDACC__)
+#define TYN_HD __host__ __device__ inline
+#else
+#define TYN_HD inline
+#endif
+
+/// A contract of the core: checked in debug builds on the host, free elsewhere.
+#if !defined(NDEBUG) && !defined(__CUDA_ARCH__)
+#include <cassert>
+#define TYN_EXPECT(condition) assert(condition)
+#else
+#define TYN_EXPECT(condition) static_cast<void>(0)
+#endif

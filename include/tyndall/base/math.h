@@ -1,0 +1,128 @@
+/// \file
+/// The arithmetic of every number that reaches a tally. Only IEEE operations that all compilers and
+/// devices round alike (+ - * / sqrt, conversions) and the functions below: a libm differs from
+/// machine to machine, and a compiler folds its calls at one optimisation level and not at another.
+/// Compile with -ffp-contract=off. Any change here is a new arithmetic version
+/// (tyndall/render/render.h).
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+
+#include "tyndall/base/macros.h"
+
+#if !defined(__CUDA_ARCH__)
+#include <cmath>
+#endif
+
+namespace tyndall {
+
+inline constexpr float pi = 3.14159265358979f;
+inline constexpr float largest_float = 3.402823466e+38f;
+
+// Minimum and maximum are selects: fmin and minss disagree about NaN and signed zero.
+TYN_HD float min(float a, float b) { return a < b ? a : b; }
+TYN_HD float max(float a, float b) { return a > b ? a : b; }
+TYN_HD float clamp(float x, float low, float high) { return min(max(x, low), high); }
+TYN_HD int clamp(int x, int low, int high) { return x < low ? low : (x > high ? high : x); }
+TYN_HD float abs(float x) { return x < 0.0f ? -x : x; }
+
+TYN_HD float sqrt(float x) {
+#if defined(__CUDA_ARCH__)
+  return __fsqrt_rn(x);
+#else
+  return std::sqrt(x);
+#endif
+}
+
+TYN_HD float floor(float x) {
+#if defined(__CUDA_ARCH__)
+  return ::floorf(x);
+#else
+  return std::floor(x);
+#endif
+}
+
+/// Nearest integer, ties to even. Expects |x| < 2^62.
+TYN_HD std::int64_t round_to_integer(float x) {
+#if defined(__CUDA_ARCH__)
+  return __float2ll_rn(x);
+#else
+  return static_cast<std::int64_t>(std::nearbyint(x));
+#endif
+}
+
+/// Expects |x| <= 2^30: an out-of-range conversion differs between x86, arm and CUDA.
+TYN_HD int floor_to_int(float x) {
+  TYN_EXPECT(abs(x) <= 1073741824.0f);
+  return static_cast<int>(floor(x));
+}
+
+TYN_HD std::uint32_t float_bits(float x) {
+  std::uint32_t bits;
+  memcpy(&bits, &x, sizeof bits);
+  return bits;
+}
+
+TYN_HD float bits_float(std::uint32_t bits) {
+  float x;
+  memcpy(&x, &bits, sizeof x);
+  return x;
+}
+
+/// Natural logarithm of a normal positive float, within 1 ulp or 2^-24 (the polynomial of Cephes'
+/// logf [Moshier1989]).
+TYN_HD float log(float x) {
+  TYN_EXPECT(x >= 1.17549435e-38f && x <= largest_float);
+  const std::uint32_t bits = float_bits(x);
+  float e = static_cast<float>(static_cast<int>(bits >> 23) - 126);
+  float m = bits_float((bits & 0x007fffffu) | 0x3f000000u);  // [0.5, 1)
+  const bool low = m < 0.707106781186547524f;
+  e = low ? e - 1.0f : e;
+  m = low ? (m + m) - 1.0f : m - 1.0f;
+  const float z = m * m;
+  float y = 7.0376836292e-2f;
+  y = y * m - 1.1514610310e-1f;
+  y = y * m + 1.1676998740e-1f;
+  y = y * m - 1.2420140846e-1f;
+  y = y * m + 1.4249322787e-1f;
+  y = y * m - 1.6668057665e-1f;
+  y = y * m + 2.0000714765e-1f;
+  y = y * m - 2.4999993993e-1f;
+  y = y * m + 3.3333331174e-1f;
+  y = y * m * z;
+  y = y - 2.12194440e-4f * e;
+  y = y - 0.5f * z;
+  return (m + y) + 0.693359375f * e;
+}
+
+struct SinCos {
+  float sin, cos;
+};
+
+/// Sine and cosine of 2 pi u for u in [0, 1], within 2^-23 (polynomials of Cephes' sinf, cosf
+/// [Moshier1989]). The reduction to an eighth of a turn is exact.
+TYN_HD SinCos sin_cos_turn(float u) {
+  const float q = floor(4.0f * u + 0.5f);
+  const float x = (u - 0.25f * q) * 6.28318530717958648f;
+  const float z = x * x;
+  const float s = ((-1.9515295891e-4f * z + 8.3321608736e-3f) * z - 1.6666654611e-1f) * z * x + x;
+  const float c =
+      ((2.443315711809948e-5f * z - 1.388731625493765e-3f) * z + 4.166664568298827e-2f) * z * z
+      - 0.5f * z + 1.0f;
+  const int quadrant = static_cast<int>(q) & 3;
+  const float sine = (quadrant & 1) ? c : s;
+  const float cosine = (quadrant & 1) ? s : c;
+  return {(quadrant & 2) ? -sine : sine, (quadrant == 1 || quadrant == 2) ? -cosine : cosine};
+}
+
+/// Cube root of a normal positive float: a third of the exponent, then Newton's method to the last
+/// bits.
+TYN_HD float cube_root(float x) {
+  TYN_EXPECT(x >= 1.17549435e-38f);
+  float y = bits_float(float_bits(x) / 3u + 709921077u);
+  for (int i = 0; i < 4; ++i) y = y - (y * y * y - x) / (3.0f * y * y);
+  return y;
+}
+
+}  // namespace tyndall

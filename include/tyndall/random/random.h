@@ -1,0 +1,65 @@
+/// \file
+/// Counter-based random numbers: Philox4x32-10 [Salmon2011]. A number is a function of (seed,
+/// photon or pixel-sample index, event, purpose) and of nothing else, so it does not matter which
+/// thread or device draws it, or when.
+#pragma once
+
+#include <cstdint>
+
+#include <Random123/philox.h>
+
+#include "tyndall/base/math.h"
+
+namespace tyndall {
+
+/// Whose numbers: the index counts photons, pixel samples or points of the matter quadrature.
+enum class Domain : std::uint32_t { photon = 0, pixel_sample = 1, matter = 2 };
+
+enum class Purpose : std::uint32_t {
+  emission = 0,  ///< event 0: choice of the emitter (or place in the pixel), two for the place, tau
+                 ///< of the first flight
+  aim = 1,       ///< event 0: two for the first direction
+  walk = 2,      ///< event n: accept, tau of the next flight, two for the next direction
+  scatter = 3,   ///< event n: roulette
+};
+
+/// One block: four 32-bit words.
+struct RandomBlock {
+  std::uint32_t a, b, c, d;
+};
+
+struct RandomStream {
+  std::uint64_t seed;
+  std::uint64_t index;
+  Domain domain;
+
+  /// `event` counts the tentative collisions of the whole path; crossing cells draws nothing.
+  TYN_HD RandomBlock block(std::uint32_t event, Purpose purpose) const {
+    const std::uint32_t stream =
+        static_cast<std::uint32_t>(domain) * 16u + static_cast<std::uint32_t>(purpose);
+    const philox4x32_ctr_t counter = {{static_cast<std::uint32_t>(index),
+                                       static_cast<std::uint32_t>(index >> 32), event, stream}};
+    const philox4x32_key_t key = {
+        {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32)}};
+    const philox4x32_ctr_t r = philox4x32_R(10, counter, key);
+    return {r.v[0], r.v[1], r.v[2], r.v[3]};
+  }
+};
+
+/// All 32 bits, in (0, 1): with 23 bits an acceptance below 1e-7 would never happen and tau would
+/// end at 16.6.
+TYN_HD float uniform(std::uint32_t word) {
+  return min(static_cast<float>(word) * 2.3283064365386963e-10f + 1.1641532182693481e-10f,
+             1.0f - 5.9604644775390625e-8f);
+}
+
+/// 23 bits, symmetric about 1/2, never 0, 1/2 or 1: a direction made of it has no zero component
+/// along the axis.
+TYN_HD float uniform_symmetric(std::uint32_t word) {
+  return (static_cast<float>(word >> 9) + 0.5f) * 1.1920928955078125e-7f;
+}
+
+/// Optical depth to the next tentative collision [-]: exponential with mean 1, in [2^-24, 22.9].
+TYN_HD float exponential(std::uint32_t word) { return -log(uniform(word)); }
+
+}  // namespace tyndall
