@@ -1,0 +1,161 @@
+/// \file
+/// Fields: density [-] at a point of field space. Plain structs of numbers and views; they own
+/// nothing. Everything they return is bounded over boxes by tyndall/render/bounds.h: change both
+/// together.
+#pragma once
+
+#include <cstdint>
+
+#include "tyndall/medium/noise.h"
+
+namespace tyndall {
+
+/// Density 1 inside a body, 0 outside.
+struct Solid {
+  enum class Body { everywhere, sphere, cuboid, torus, capsule };
+
+  Body body = Body::everywhere;
+  Vec3f center{0, 0, 0};
+  Vec3f half{0, 0, 0};  ///< cuboid: half its edges; capsule: from the centre to the end of the axis
+  float radius = 0;     ///< sphere, capsule; the tube of a torus
+  float ring = 0;       ///< torus (about y)
+
+  /// Exact and 1-Lipschitz, negative inside.
+  TYN_HD float signed_distance(Vec3f p) const {
+    const Vec3f d = p - center;
+    switch (body) {
+      case Body::everywhere:
+        return -largest_float;
+      case Body::sphere:
+        return length(d) - radius;
+      case Body::cuboid: {
+        const Vec3f q = Vec3f{abs(d.x), abs(d.y), abs(d.z)} - half;
+        return length(Vec3f{max(q.x, 0.0f), max(q.y, 0.0f), max(q.z, 0.0f)})
+               + min(largest(q), 0.0f);
+      }
+      case Body::torus: {
+        const float from_ring = sqrt(d.x * d.x + d.z * d.z) - ring;
+        return sqrt(from_ring * from_ring + d.y * d.y) - radius;
+      }
+      case Body::capsule: {
+        const float h = clamp(dot(d, half) / dot(half, half), -1.0f, 1.0f);
+        return length(d - h * half) - radius;
+      }
+    }
+    return largest_float;
+  }
+
+  TYN_HD float density(Vec3f p) const { return signed_distance(p) <= 0.0f ? 1.0f : 0.0f; }
+};
+
+/// clamp(contrast (F(p) + coverage - falloff q(p)), 0, 1): noise F wrapped around a body. See
+/// scene::NoiseCloud.
+struct NoiseCloud {
+  int octaves = 8;
+  float gain = 0.5f;
+  std::uint32_t seed = 0;
+  float contrast = 0, coverage = 0, falloff = 0;
+
+  // One quadratic form for all bodies: distances from an axis that may lean, in units of radii that
+  // may grow.
+  Vec3f center{0, 0, 0};
+  Vec3f inverse_radii{0, 0, 0};  ///< 0: no fall-off along that axis
+  float lean_x = 0, lean_z = 0;  ///< displacement of the axis per unit of height above the centre
+  float growth = 0;              ///< relative growth of the x and z radii per unit of height
+
+  static constexpr float smallest_growth =
+      0.05f;  ///< below the apex of the cone the radius stays at this share
+
+  /// 0 on the axis of the body, 1 on its surface.
+  TYN_HD float relative_distance_squared(Vec3f p) const {
+    const float height = p.y - center.y;
+    const float shrink = 1.0f / max(1.0f + growth * height, smallest_growth);
+    const float x = (p.x - (center.x + lean_x * height)) * inverse_radii.x * shrink;
+    const float y = height * inverse_radii.y;
+    const float z = (p.z - (center.z + lean_z * height)) * inverse_radii.z * shrink;
+    return x * x + y * y + z * z;
+  }
+
+  TYN_HD float density(Vec3f p) const {
+    p = {clamp(p.x, -32768.0f, 32768.0f), clamp(p.y, -32768.0f, 32768.0f),
+         clamp(p.z, -32768.0f, 32768.0f)};
+    const float shape = coverage - falloff * relative_distance_squared(p);
+    return clamp(contrast * (fractal_noise(p, octaves, gain, seed) + shape), 0.0f, 1.0f);
+  }
+};
+
+/// Values at the centres of nx x ny x nz voxels of the unit cube, x fastest; 0 outside the cube.
+struct DenseGrid {
+  const float* values = nullptr;
+  int nx = 0, ny = 0, nz = 0;
+  bool nearest = false;
+
+  TYN_HD float voxel(int i, int j, int k) const {
+    return values[(static_cast<std::size_t>(k) * ny + j) * nx + i];
+  }
+
+  TYN_HD float density(Vec3f p) const {
+    if (!(p.x >= 0.0f && p.x <= 1.0f && p.y >= 0.0f && p.y <= 1.0f && p.z >= 0.0f && p.z <= 1.0f))
+      return 0.0f;
+    const Vec3f scaled{p.x * static_cast<float>(nx), p.y * static_cast<float>(ny),
+                       p.z * static_cast<float>(nz)};
+    if (nearest) {
+      return voxel(clamp(floor_to_int(scaled.x), 0, nx - 1),
+                   clamp(floor_to_int(scaled.y), 0, ny - 1),
+                   clamp(floor_to_int(scaled.z), 0, nz - 1));
+    }
+    const Vec3f q = scaled - Vec3f{0.5f, 0.5f, 0.5f};
+    const Vec3f cell{floor(q.x), floor(q.y), floor(q.z)};
+    const Vec3f f = q - cell;
+    const int i = static_cast<int>(cell.x), j = static_cast<int>(cell.y),
+              k = static_cast<int>(cell.z);
+    const int i0 = clamp(i, 0, nx - 1), j0 = clamp(j, 0, ny - 1), k0 = clamp(k, 0, nz - 1);
+    const int i1 = clamp(i + 1, 0, nx - 1), j1 = clamp(j + 1, 0, ny - 1),
+              k1 = clamp(k + 1, 0, nz - 1);
+    const float low = lerp(lerp(voxel(i0, j0, k0), voxel(i1, j0, k0), f.x),
+                           lerp(voxel(i0, j1, k0), voxel(i1, j1, k0), f.x), f.y);
+    const float high = lerp(lerp(voxel(i0, j0, k1), voxel(i1, j0, k1), f.x),
+                            lerp(voxel(i0, j1, k1), voxel(i1, j1, k1), f.x), f.y);
+    return lerp(low, high, f.z);
+  }
+
+  /// Calls copy(pointer, count) for each array that the view reads and keeps what it returns.
+  template <class Copy>
+  void relocate(Copy&& copy) {
+    values = copy(values, static_cast<std::size_t>(nx) * ny * nz);
+  }
+};
+
+/// Any of the above, for media that mix them.
+struct AnyField {
+  enum class Kind { solid, noise_cloud, dense_grid };
+
+  Kind kind = Kind::solid;
+  Solid solid;
+  NoiseCloud noise_cloud;
+  DenseGrid dense_grid;
+
+  AnyField() = default;
+  AnyField(const Solid& f) : kind(Kind::solid), solid(f) {}
+  AnyField(const NoiseCloud& f) : kind(Kind::noise_cloud), noise_cloud(f) {}
+  AnyField(const DenseGrid& f) : kind(Kind::dense_grid), dense_grid(f) {}
+
+  TYN_HD float density(Vec3f p) const {
+    switch (kind) {
+      case Kind::solid:
+        return solid.density(p);
+      case Kind::noise_cloud:
+        return noise_cloud.density(p);
+      case Kind::dense_grid:
+        return dense_grid.density(p);
+    }
+    return 0.0f;
+  }
+
+  template <class Copy>
+  void relocate(Copy&& copy) {
+    if (kind == Kind::dense_grid) dense_grid.relocate(copy);
+  }
+};
+
+}  // namespace tyndall

@@ -1,0 +1,110 @@
+/// \file
+/// A medium is the sum of its components: independent Poisson processes, superposed.
+#pragma once
+
+#include "tyndall/medium/fields.h"
+#include "tyndall/medium/majorant_grid.h"
+#include "tyndall/medium/phase.h"
+
+namespace tyndall {
+
+/// One field with what it does to light.
+template <class Field>
+struct Component {
+  Field field;
+  Affine to_field;        ///< local space to field space
+  float extinction = 1;   ///< [1/length] at density 1
+  Vec3f albedo{1, 1, 1};  ///< RGB
+  Phase phase;
+
+  /// [1/length]
+  TYN_HD float sigma_t(Vec3f p) const { return extinction * field.density(to_field(p)); }
+  TYN_HD bool scatters() const { return largest(albedo) > 0.0f; }
+};
+
+/// What a look-up said of its bounds.
+struct LookupCount {
+  int lookups = 0;
+  int violations = 0;
+};
+
+/// No component: a virtual particle.
+inline constexpr int virtual_particle = -1;
+
+/// \return whether `component` is what a tentative collision with 0 < v < sigma_maj in `cell` hits.
+/// Below the minorant the answer is certain without a look-up.
+template <class Component>
+TYN_HD bool is_real(const MajorantGrid& grid, int index, const Component& component,
+                    std::size_t cell, float v, Vec3f p, LookupCount& count) {
+  const std::size_t at = static_cast<std::size_t>(index) * grid.cells() + cell;
+  const float sigma_min = grid.lower[at];
+  if (v < sigma_min) return true;
+  const float sigma_t = component.sigma_t(p);
+  ++count.lookups;
+  if (!(sigma_t >= sigma_min && sigma_t <= grid.upper[at])) ++count.violations;
+  return v < sigma_t;
+}
+
+/// One component: what most scenes are, and no dearer than if there could be only one.
+template <class Field>
+struct SingleMedium {
+  MajorantGrid super_voxels;  ///< for the super-voxel walk
+  MajorantGrid whole;         ///< one cell: for Woodcock tracking
+  Component<Field> single;
+
+  TYN_HD int count() const { return 1; }
+  TYN_HD const Component<Field>& component(int) const { return single; }
+
+  /// \return the component of a tentative collision at `p`, 0 < v < total[cell], or
+  /// virtual_particle.
+  TYN_HD int collide(const MajorantGrid& grid, std::size_t cell, float v, Vec3f p,
+                     LookupCount& count) const {
+    return is_real(grid, 0, single, cell, v, p, count) ? 0 : virtual_particle;
+  }
+
+  template <class Copy>
+  void relocate(Copy&& copy) {
+    super_voxels.relocate(copy);
+    whole.relocate(copy);
+    if constexpr (requires { single.field.relocate(copy); }) single.field.relocate(copy);
+  }
+};
+
+/// Several components, of any fields. The same number v says which component is hit and whether it
+/// is real: one look-up per tentative collision.
+struct MixedMedium {
+  MajorantGrid super_voxels, whole;
+  const Component<AnyField>* components = nullptr;
+  int component_count = 0;
+
+  TYN_HD int count() const { return component_count; }
+  TYN_HD const Component<AnyField>& component(int i) const { return components[i]; }
+
+  TYN_HD int collide(const MajorantGrid& grid, std::size_t cell, float v, Vec3f p,
+                     LookupCount& count) const {
+    for (int i = 0; i < component_count; ++i) {
+      const float sigma_maj = grid.upper[static_cast<std::size_t>(i) * grid.cells() + cell];
+      if (v < sigma_maj)
+        return is_real(grid, i, components[i], cell, v, p, count) ? i : virtual_particle;
+      v = v - sigma_maj;
+    }
+    return virtual_particle;  // v above the sum by a rounding error
+  }
+
+  template <class Copy>
+  void relocate(Copy&& copy);  // host only: see tyndall/render/prepare.h
+};
+
+/// Extinction of all components, or only of those that scatter [1/length]. Evaluates every field:
+/// not for walks.
+template <class Medium>
+TYN_HD float total_sigma_t(const Medium& medium, Vec3f p, bool scattering_only = false) {
+  float sum = 0.0f;
+  for (int i = 0; i < medium.count(); ++i) {
+    if (!scattering_only || medium.component(i).scatters())
+      sum = sum + medium.component(i).sigma_t(p);
+  }
+  return sum;
+}
+
+}  // namespace tyndall
