@@ -1,0 +1,132 @@
+/// \file
+/// The illumination grid: what the photons leave in the medium and the pictures are gathered from.
+///
+/// Per cell, apart: N, the sum over real collisions of weight times Y_lm(direction), and D, the
+/// integral of the scattering components' extinction. The fluence rate averaged over the matter is
+/// N / D; a gather interpolates numerator and denominator apart, so that empty neighbours cancel:
+/// no dark rim, and no value of sigma_t is needed.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "tyndall/base/deposit.h"
+#include "tyndall/medium/majorant_grid.h"
+#include "tyndall/medium/phase.h"
+
+namespace tyndall {
+
+/// Highest order of the spherical harmonics, and their number up to an order.
+inline constexpr int highest_order = 2;
+TYN_HD constexpr int harmonics(int order) { return (order + 1) * (order + 1); }
+
+/// Real orthonormal spherical harmonics Y_lm, l = 0 to 2, at a unit vector, in the order l, m = -l
+/// .. l.
+TYN_HD float harmonic(int index, Vec3f d) {
+  switch (index) {
+    case 0:
+      return 0.282094791773878f;
+    case 1:
+      return 0.488602511902920f * d.y;
+    case 2:
+      return 0.488602511902920f * d.z;
+    case 3:
+      return 0.488602511902920f * d.x;
+    case 4:
+      return 1.092548430592079f * d.x * d.y;
+    case 5:
+      return 1.092548430592079f * d.y * d.z;
+    case 6:
+      return 0.315391565252520f * (3.0f * d.z * d.z - 1.0f);
+    case 7:
+      return 1.092548430592079f * d.x * d.z;
+    case 8:
+      return 0.546274215296040f * (d.x * d.x - d.y * d.y);
+  }
+  return 0.0f;
+}
+
+/// Cells of the illumination grid over the box.
+struct IlluminationCells {
+  int nx = 1, ny = 1, nz = 1;
+  int order = 0;
+  Box box;
+  Vec3f inverse_cell_size{1, 1, 1};  ///< [1/length]
+
+  TYN_HD std::size_t count() const { return static_cast<std::size_t>(nx) * ny * nz; }
+  TYN_HD std::size_t index(int i, int j, int k) const {
+    return (static_cast<std::size_t>(k) * ny + j) * nx + i;
+  }
+  TYN_HD std::size_t cell_of(Vec3f p) const {
+    return index(MajorantGrid::coordinate(p.x, inverse_cell_size.x, nx),
+                 MajorantGrid::coordinate(p.y, inverse_cell_size.y, ny),
+                 MajorantGrid::coordinate(p.z, inverse_cell_size.z, nz));
+  }
+};
+
+/// N: [cells][harmonics][RGB] in units of 2^-24 of a photon.
+struct IlluminationTally {
+  IlluminationCells cells;
+  std::int64_t* sums = nullptr;
+
+  TYN_HD void score(Vec3f p, Vec3f direction, Vec3f weight) const {
+    const int n = harmonics(cells.order);
+    std::int64_t* cell = sums + cells.cell_of(p) * static_cast<std::size_t>(n) * 3u;
+    for (int i = 0; i < n; ++i) {
+      const float y = harmonic(i, direction);
+      deposit(cell[3 * i], to_units(weight.x * y));
+      deposit(cell[3 * i + 1], to_units(weight.y * y));
+      deposit(cell[3 * i + 2], to_units(weight.z * y));
+    }
+  }
+};
+
+/// The grid as the gather reads it.
+struct IlluminationField {
+  IlluminationCells cells;
+  const float* numerator = nullptr;    ///< [cells][harmonics][RGB] [W length]: N in absolute units
+  const float* denominator = nullptr;  ///< [cells] [length^2]: D
+
+  /// Light scattered towards `towards` by matter of `phase` at `p`, per unit albedo: the integral
+  /// of phase function times radiance over the directions it comes from [W/(area sr)].
+  TYN_HD Vec3f scattered(Vec3f p, Vec3f towards, const Phase& phase) const {
+    const Corner x = corner(p.x * cells.inverse_cell_size.x, cells.nx, cells.box.periodic_x);
+    const Corner y = corner(p.y * cells.inverse_cell_size.y, cells.ny, cells.box.periodic_y);
+    const Corner z = corner(p.z * cells.inverse_cell_size.z, cells.nz, cells.box.periodic_z);
+    const int n = harmonics(cells.order);
+    Vec3f sum{0, 0, 0};
+    float matter = 0.0f;
+    for (int c = 0; c < 8; ++c) {
+      const bool hx = (c & 1) != 0, hy = (c & 2) != 0, hz = (c & 4) != 0;
+      const float b = (hx ? x.weight : 1.0f - x.weight) * (hy ? y.weight : 1.0f - y.weight)
+                      * (hz ? z.weight : 1.0f - z.weight);
+      const std::size_t cell =
+          cells.index(hx ? x.high : x.low, hy ? y.high : y.low, hz ? z.high : z.low);
+      matter = matter + b * denominator[cell];
+      const float* value = numerator + cell * static_cast<std::size_t>(n) * 3u;
+      for (int i = 0; i < n; ++i) {
+        const float f = b * phase.moment(i == 0 ? 0 : (i < 4 ? 1 : 2)) * harmonic(i, towards);
+        sum = sum + f * Vec3f{value[3 * i], value[3 * i + 1], value[3 * i + 2]};
+      }
+    }
+    if (!(matter > 0.0f)) return {0, 0, 0};
+    sum = (1.0f / matter) * sum;
+    return {max(sum.x, 0.0f), max(sum.y, 0.0f),
+            max(sum.z, 0.0f)};  // a truncated series may dip below 0
+  }
+
+ private:
+  struct Corner {
+    int low, high;
+    float weight;  // of the high one
+  };
+  TYN_HD static Corner corner(float x, int n, bool periodic) {
+    const float q = clamp(x - 0.5f, -0.5f, static_cast<float>(n) - 0.5f);
+    const float cell = floor(q);
+    const int i = static_cast<int>(cell);
+    if (periodic) return {i < 0 ? n - 1 : i, i + 1 >= n ? 0 : i + 1, q - cell};
+    return {clamp(i, 0, n - 1), clamp(i + 1, 0, n - 1), q - cell};
+  }
+};
+
+}  // namespace tyndall

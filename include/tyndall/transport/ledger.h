@@ -1,0 +1,43 @@
+/// \file
+/// Where every photon and all its power went. Each fate is counted on its own where it happens;
+/// nothing is derived from anything else, so the balance is a check.
+#pragma once
+
+#include <cstdint>
+
+namespace tyndall {
+
+inline constexpr int max_components = 16;
+
+/// Powers are integers: 2^-24 of one photon's initial power, per RGB channel.
+struct Ledger {
+  using Count = std::int64_t;
+
+  Count shot = 0;
+  Count missed = 0;                     ///< never met the box
+  Count escaped[6] = {};                ///< through the faces -x +x -y +y -z +z
+  Count absorbed[max_components] = {};  ///< by a component whose albedo is 0
+  Count rouletted = 0;
+  Count stalled = 0;  ///< gave up after 2^20 crossings in one flight: bias
+
+  Count shot_power[3] = {};
+  Count missed_power[3] = {};
+  Count escaped_power[6][3] = {};
+  Count absorbed_power[max_components][3] = {};
+  Count roulette_power[3] = {};  ///< taken minus given, 0 on average
+  Count stalled_power[3] = {};
+};
+
+/// Counts of the walks, which no machine noise touches.
+struct Audit {
+  using Count = std::int64_t;
+
+  Count flights = 0;
+  Count cells = 0;       ///< super-voxels entered
+  Count tentative = 0;   ///< collisions with matter or virtual particles
+  Count real = 0;        ///< collisions with matter
+  Count lookups = 0;     ///< densities evaluated
+  Count violations = 0;  ///< look-ups outside the bounds of their super-voxel: must be 0
+};
+
+}  // namespace tyndall

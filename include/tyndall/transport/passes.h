@@ -1,0 +1,226 @@
+/// \file
+/// The passes: trivially copyable functors of one index. The host calls them from its threads, a
+/// CUDA kernel from its lanes; neither holds any physics of its own. What a pass computes for an
+/// index depends on the index alone, and all its results are integer sums.
+#pragma once
+
+#include "tyndall/transport/camera.h"
+#include "tyndall/transport/film.h"
+#include "tyndall/transport/illumination.h"
+#include "tyndall/transport/ledger.h"
+#include "tyndall/transport/light.h"
+#include "tyndall/transport/walk.h"
+
+namespace tyndall {
+
+/// The account of one worker (or of a whole device).
+struct Account {
+  Ledger ledger;
+  Audit audit;
+};
+
+/// Nothing but counts: an account is also an array of them.
+inline constexpr int account_words = sizeof(Account) / sizeof(std::int64_t);
+
+/// Adds atomically, count by count.
+inline void add(Account& sum, const Account& part) {
+  std::int64_t* to = reinterpret_cast<std::int64_t*>(&sum);
+  const std::int64_t* from = reinterpret_cast<const std::int64_t*>(&part);
+  for (int i = 0; i < account_words; ++i) {
+    if (from[i] != 0) deposit(to[i], from[i]);
+  }
+}
+
+TYN_HD void deposit_weight(std::int64_t (&tally)[3], Vec3f weight) {
+  deposit(tally[0], to_units(weight.x));
+  deposit(tally[1], to_units(weight.y));
+  deposit(tally[2], to_units(weight.z));
+}
+
+TYN_HD void deposit_audit(Audit& tally, const Audit& part) {
+  deposit(tally.flights, part.flights);
+  deposit(tally.cells, part.cells);
+  deposit(tally.tentative, part.tentative);
+  deposit(tally.real, part.real);
+  deposit(tally.lookups, part.lookups);
+  deposit(tally.violations, part.violations);
+}
+
+/// What became of a photon at a real collision.
+struct Scattering {
+  Vec3f weight;  ///< after the collision; 0 where it ended
+  bool absorbed, rouletted;
+};
+
+/// Absorption as it is, in every channel, then roulette with the largest channel's share as the
+/// chance to survive: weights never grow, and a grey photon keeps weight 1 to its end.
+TYN_HD Scattering scatter(Vec3f weight, Vec3f albedo, const RandomStream& random,
+                          std::uint32_t event) {
+  const Vec3f scattered = weight * albedo;
+  const float survival = largest(scattered) / largest(weight);
+  if (!(survival > 0.0f)) return {{0, 0, 0}, true, false};
+  if (survival >= 1.0f) return {scattered, false, false};
+  if (uniform(random.block(event, Purpose::scatter).a) >= survival) return {{0, 0, 0}, false, true};
+  const float largest_weight = largest(weight);
+  const Vec3f kept = (1.0f / survival) * scattered;
+  return {{min(kept.x, largest_weight), min(kept.y, largest_weight), min(kept.z, largest_weight)},
+          false,
+          false};
+}
+
+/// Shoots photon `index`, from its light to its one fate.
+template <class Medium, class Sampler>
+struct ShootPass {
+  Medium medium;
+  Sampler sampler;
+  Lights lights;
+  std::uint64_t seed;
+  IlluminationTally illumination;
+  Account* account;
+
+  TYN_HD void operator()(std::uint64_t index) const {
+    const RandomStream random{seed, index, Domain::photon};
+    const RandomBlock first = random.block(0, Purpose::emission);
+    const Photon photon = emit(lights, medium.whole.box, first, random.block(0, Purpose::aim));
+    Path path{photon.ray, exponential(first.d), 0, {}};
+    Vec3f weight = photon.weight;
+    Ledger& ledger = account->ledger;
+    deposit(ledger.shot, 1);
+    deposit_weight(ledger.shot_power, weight);
+    if (!enter(medium.whole.box, path.ray)) {
+      deposit(ledger.missed, 1);
+      deposit_weight(ledger.missed_power, weight);
+      return;
+    }
+    Audit audit;
+    for (;;) {
+      const Flight flight = sampler.fly(medium, path, random, audit);
+      if (flight.end == Flight::End::escaped) {
+        deposit(ledger.escaped[flight.face], 1);
+        deposit_weight(ledger.escaped_power[flight.face], weight);
+        break;
+      }
+      if (flight.end == Flight::End::stalled) {
+        deposit(ledger.stalled, 1);
+        deposit_weight(ledger.stalled_power, weight);
+        break;
+      }
+      const auto& component = medium.component(flight.component);
+      if (component.scatters()) illumination.score(path.ray.origin, path.ray.direction, weight);
+      const Scattering next = scatter(weight, component.albedo, random, path.event);
+      settle(ledger, flight.component, weight, component.albedo, next);
+      if (next.absorbed || next.rouletted) break;
+      weight = next.weight;
+      path.ray.direction = component.phase.sample(
+          path.ray.direction, uniform_symmetric(path.drawn.c), uniform_symmetric(path.drawn.d));
+    }
+    deposit_audit(account->audit, audit);
+  }
+
+  // The power a collision takes: part to the component, the rest to (or from) the roulette. In
+  // integers, so that the sum over the photon's life closes exactly.
+  TYN_HD static void settle(Ledger& ledger, int component, Vec3f weight, Vec3f albedo,
+                            const Scattering& next) {
+    const float before[3] = {weight.x, weight.y, weight.z};
+    const float share[3] = {albedo.x, albedo.y, albedo.z};
+    const float after[3] = {next.weight.x, next.weight.y, next.weight.z};
+    for (int c = 0; c < 3; ++c) {
+      const std::int64_t scattered = to_units(before[c] * share[c]);
+      const std::int64_t absorbed = to_units(before[c]) - scattered;
+      const std::int64_t roulette = scattered - to_units(after[c]);
+      if (absorbed != 0) deposit(ledger.absorbed_power[component][c], absorbed);
+      if (roulette != 0) deposit(ledger.roulette_power[c], roulette);
+    }
+    if (next.absorbed) deposit(ledger.absorbed[component], 1);
+    if (next.rouletted) deposit(ledger.rouletted, 1);
+  }
+};
+
+/// D of cell `index`: the scattering extinction at jittered points, strata x strata x strata to a
+/// cell.
+template <class Medium>
+struct MatterPass {
+  Medium medium;
+  std::uint64_t seed;
+  IlluminationCells cells;
+  Vec3f cell_size;
+  int strata;
+  float scale;  ///< turns sigma_t into integers: 2^40 over a power of two not below any sigma_t
+                ///< [length]
+  std::int64_t* matter;  ///< [cells] sum over the points, times scale
+
+  TYN_HD void operator()(std::uint64_t index) const {
+    const int i = static_cast<int>(index % static_cast<std::uint64_t>(cells.nx));
+    const int j = static_cast<int>(index / static_cast<std::uint64_t>(cells.nx)
+                                   % static_cast<std::uint64_t>(cells.ny));
+    const int k = static_cast<int>(
+        index / (static_cast<std::uint64_t>(cells.nx) * static_cast<std::uint64_t>(cells.ny)));
+    const float inverse = 1.0f / static_cast<float>(strata);
+    std::int64_t sum = 0;
+    std::uint64_t point = index * static_cast<std::uint64_t>(strata * strata * strata);
+    for (int c = 0; c < strata; ++c) {
+      for (int b = 0; b < strata; ++b) {
+        for (int a = 0; a < strata; ++a, ++point) {
+          const RandomBlock r =
+              RandomStream{seed, point, Domain::matter}.block(0, Purpose::emission);
+          const Vec3f p =
+              cell_size
+              * Vec3f{static_cast<float>(i) + (static_cast<float>(a) + uniform(r.a)) * inverse,
+                      static_cast<float>(j) + (static_cast<float>(b) + uniform(r.b)) * inverse,
+                      static_cast<float>(k) + (static_cast<float>(c) + uniform(r.c)) * inverse};
+          if (medium.super_voxels.total[medium.super_voxels.cell_of(p)] > 0.0f) {
+            sum += round_to_integer(total_sigma_t(medium, p, true) * scale);
+          }
+        }
+      }
+    }
+    matter[index] = sum;
+  }
+};
+
+/// Gathers pixel sample `index` = sample * pixels + pixel: the light scattered towards the camera
+/// at the first real collision along its ray, or what lies behind the medium.
+template <class Medium, class Sampler>
+struct GatherPass {
+  Medium medium;
+  Sampler sampler;
+  PinholeCamera camera;
+  IlluminationField illumination;
+  Vec3f background;  ///< [W/(area sr)]
+  std::uint64_t seed;
+  Film film;
+  Account* account;
+
+  TYN_HD void operator()(std::uint64_t index) const {
+    const std::uint64_t pixel = index % film.pixel_count();
+    const RandomStream random{seed, index, Domain::pixel_sample};
+    const RandomBlock first = random.block(0, Purpose::emission);
+    const float column = static_cast<float>(pixel % static_cast<std::uint64_t>(film.width));
+    const float row = static_cast<float>(pixel / static_cast<std::uint64_t>(film.width));
+    Path path{camera.ray((column + uniform(first.a)) / static_cast<float>(film.width),
+                         (row + uniform(first.b)) / static_cast<float>(film.height)),
+              exponential(first.d),
+              0,
+              {}};
+    Vec3f radiance = background;
+    bool hit = false;
+    if (enter(medium.whole.box, path.ray)) {
+      Audit audit;
+      const Flight flight = sampler.fly(medium, path, random, audit);
+      if (flight.end == Flight::End::collided) {
+        const auto& component = medium.component(flight.component);
+        const Vec3f towards = -1.0f * path.ray.direction;
+        hit = true;
+        radiance = {0, 0, 0};
+        if (component.scatters()) {
+          radiance =
+              component.albedo * illumination.scattered(path.ray.origin, towards, component.phase);
+        }
+      }
+      deposit_audit(account->audit, audit);
+    }
+    film.add(pixel, radiance, hit);
+  }
+};
+
+}  // namespace tyndall

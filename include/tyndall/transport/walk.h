@@ -1,0 +1,282 @@
+/// \file
+/// The walk of a photon from one collision to the next: free paths in a medium whose extinction is
+/// known only by its bounds [SzirmayKalos2011]. Virtual particles fill each super-voxel up to its
+/// majorant, so that the total extinction is constant there and a free path is found by a 3-D DDA
+/// [AmanatidesWoo1987]; a tentative collision is real with probability sigma_t / sigma_maj
+/// [Woodcock1965].
+#pragma once
+
+#include "tyndall/medium/medium.h"
+#include "tyndall/random/random.h"
+#include "tyndall/transport/ledger.h"
+
+namespace tyndall {
+
+struct Ray {
+  Vec3f origin;
+  Vec3f direction;  ///< unit length, the way the photon (or the camera's ray) travels
+};
+
+/// Faces of the box, in the order of the ledger: -x +x -y +y -z +z.
+using Face = int;
+
+/// One flight must not cross more super-voxels: with periodic sides and little extinction it would
+/// never end.
+inline constexpr int most_crossings = 1 << 20;
+
+/// \return where along `ray` the plane `axis = plane` lies; beyond everything for rays along the
+/// plane.
+TYN_HD float distance_to_plane(float plane, float origin, float inverse_direction) {
+  return inverse_direction == 0.0f ? largest_float : (plane - origin) * inverse_direction;
+}
+
+/// 1/d; 0 stands for "never" (d is 0, or so small that 1/d overflows).
+TYN_HD float inverse_component(float d) { return abs(d) < 1e-30f ? 0.0f : 1.0f / d; }
+
+/// The super-voxels along a ray, one at a time, each with the stretch [t, t_exit] of the ray within
+/// it. Crossings are computed from the plane, never accumulated. Ties go x, y, z.
+class SuperVoxelWalk {
+ public:
+  TYN_HD SuperVoxelWalk(const MajorantGrid& grid, const Ray& ray) : grid_(grid), ray_(ray) {
+    start();
+  }
+
+  TYN_HD std::size_t cell() const { return grid_.index(i_, j_, k_); }
+  TYN_HD float length_to_exit() const { return t_exit_ - t_; }  ///< [length]
+  TYN_HD Vec3f direction() const { return ray_.direction; }
+  TYN_HD Vec3f position() const { return ray_.origin + t_ * ray_.direction; }
+  TYN_HD void advance(float distance) { t_ = min(t_ + distance, t_exit_); }
+
+  /// Steps into the next super-voxel. \return false where the ray leaves the box, through face().
+  TYN_HD bool cross() {
+    t_ = t_exit_;
+    if (t_x_ <= t_y_ && t_x_ <= t_z_) {
+      i_ += ray_.direction.x < 0.0f ? -1 : 1;
+      face_ = ray_.direction.x < 0.0f ? 0 : 1;
+      if (i_ < 0 || i_ >= grid_.nx) return grid_.box.periodic_x && wrap();
+      t_x_ = crossing(i_, grid_.cell_size.x, ray_.direction.x, ray_.origin.x, inverse_.x);
+    } else if (t_y_ <= t_z_) {
+      j_ += ray_.direction.y < 0.0f ? -1 : 1;
+      face_ = ray_.direction.y < 0.0f ? 2 : 3;
+      if (j_ < 0 || j_ >= grid_.ny) return grid_.box.periodic_y && wrap();
+      t_y_ = crossing(j_, grid_.cell_size.y, ray_.direction.y, ray_.origin.y, inverse_.y);
+    } else {
+      k_ += ray_.direction.z < 0.0f ? -1 : 1;
+      face_ = ray_.direction.z < 0.0f ? 4 : 5;
+      if (k_ < 0 || k_ >= grid_.nz) return grid_.box.periodic_z && wrap();
+      t_z_ = crossing(k_, grid_.cell_size.z, ray_.direction.z, ray_.origin.z, inverse_.z);
+    }
+    find_exit();
+    return true;
+  }
+
+  TYN_HD Face face() const { return face_; }
+
+ private:
+  TYN_HD void start() {
+    inverse_ = {inverse_component(ray_.direction.x), inverse_component(ray_.direction.y),
+                inverse_component(ray_.direction.z)};
+    i_ = MajorantGrid::coordinate(ray_.origin.x, grid_.inverse_cell_size.x, grid_.nx);
+    j_ = MajorantGrid::coordinate(ray_.origin.y, grid_.inverse_cell_size.y, grid_.ny);
+    k_ = MajorantGrid::coordinate(ray_.origin.z, grid_.inverse_cell_size.z, grid_.nz);
+    t_ = 0.0f;
+    t_x_ = crossing(i_, grid_.cell_size.x, ray_.direction.x, ray_.origin.x, inverse_.x);
+    t_y_ = crossing(j_, grid_.cell_size.y, ray_.direction.y, ray_.origin.y, inverse_.y);
+    t_z_ = crossing(k_, grid_.cell_size.z, ray_.direction.z, ray_.origin.z, inverse_.z);
+    find_exit();
+  }
+
+  TYN_HD static float crossing(int i, float size, float direction, float origin, float inverse) {
+    const float plane = static_cast<float>(direction < 0.0f ? i : i + 1) * size;
+    return distance_to_plane(plane, origin, inverse);
+  }
+
+  // Rounding may put a start or a crossing an ulp past the plane: time never runs backwards.
+  TYN_HD void find_exit() { t_exit_ = max(t_, min(t_x_, min(t_y_, t_z_))); }
+
+  // Enters at the opposite face. The ray starts anew there: a position computed along one long ray
+  // would drift.
+  TYN_HD bool wrap() {
+    const Vec3f p = position();
+    const Vec3f e = grid_.box.extent;
+    ray_.origin = {clamp(p.x, 0.0f, e.x), clamp(p.y, 0.0f, e.y), clamp(p.z, 0.0f, e.z)};
+    const bool forward = (face_ & 1) != 0;
+    if (face_ / 2 == 0) ray_.origin.x = forward ? 0.0f : e.x;
+    if (face_ / 2 == 1) ray_.origin.y = forward ? 0.0f : e.y;
+    if (face_ / 2 == 2) ray_.origin.z = forward ? 0.0f : e.z;
+    start();
+    return true;
+  }
+
+  const MajorantGrid& grid_;
+  Ray ray_;
+  Vec3f inverse_;
+  int i_, j_, k_;
+  float t_, t_x_, t_y_, t_z_, t_exit_;
+  Face face_ = 0;
+};
+
+/// A photon or camera ray under way: where it is, what it drew last, and what it will draw next.
+struct Path {
+  Ray ray;
+  float tau;            ///< optical depth to go [-]
+  std::uint32_t event;  ///< tentative collisions of the whole path so far
+  RandomBlock drawn;    ///< of the last one: accept, tau of the next flight, two for a direction
+};
+
+struct Flight {
+  enum class End { collided, escaped, stalled };
+
+  End end;
+  int component;  ///< collided: whose matter
+  Face face;      ///< escaped: through which face of the box
+};
+
+/// The flat loop: each turn crosses into the next super-voxel or is a tentative collision. tau is
+/// carried across cells, and on in place after a virtual particle. A super-voxel of majorant 0
+/// needs no branch: tau > 0 always. Leaves `path.ray.origin` where the flight ended.
+template <class Medium>
+TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
+                    const RandomStream& random, Audit& audit) {
+  ++audit.flights;
+  SuperVoxelWalk walk(grid, path.ray);
+  int crossings = 0;
+  LookupCount count;
+  Flight flight{Flight::End::stalled, virtual_particle, 0};
+  for (;;) {
+    const float sigma_maj = grid.total[walk.cell()];
+    const float depth = sigma_maj * walk.length_to_exit();
+    if (path.tau > depth) {
+      path.tau = path.tau - depth;
+      if (++crossings > most_crossings) break;
+      if (!walk.cross()) {
+        flight.end = Flight::End::escaped;
+        flight.face = walk.face();
+        break;
+      }
+    } else {
+      walk.advance(path.tau / sigma_maj);
+      ++audit.tentative;
+      path.drawn = random.block(++path.event, Purpose::walk);
+      path.tau = exponential(path.drawn.b);
+      const int hit = medium.collide(grid, walk.cell(), uniform(path.drawn.a) * sigma_maj,
+                                     walk.position(), count);
+      if (hit != virtual_particle) {
+        ++audit.real;
+        flight = {Flight::End::collided, hit, 0};
+        break;
+      }
+    }
+  }
+  path.ray.origin = walk.position();
+  audit.cells += crossings + 1;
+  audit.lookups += count.lookups;
+  audit.violations += count.violations;
+  return flight;
+}
+
+/// The three samplers: one interface, so that a benchmark swaps them and nothing else.
+struct SuperVoxel {
+  template <class Medium>
+  TYN_HD Flight fly(const Medium& medium, Path& path, const RandomStream& random,
+                    Audit& audit) const {
+    return track(medium, medium.super_voxels, path, random, audit);
+  }
+};
+
+/// One majorant for the whole box [Woodcock1965].
+struct Woodcock {
+  template <class Medium>
+  TYN_HD Flight fly(const Medium& medium, Path& path, const RandomStream& random,
+                    Audit& audit) const {
+    return track(medium, medium.whole, path, random, audit);
+  }
+};
+
+/// Fixed steps, the extinction at the middle of each taken as constant over it: biased, and as dear
+/// as the resolution is high. The last step is solved linearly.
+struct RayMarching {
+  float step;  ///< [length], one finest voxel
+
+  template <class Medium>
+  TYN_HD Flight fly(const Medium& medium, Path& path, const RandomStream& random,
+                    Audit& audit) const {
+    ++audit.flights;
+    SuperVoxelWalk walk(medium.whole, path.ray);
+    int crossings = 0;
+    Flight flight{Flight::End::stalled, virtual_particle, 0};
+    for (;;) {
+      const float length = min(step, walk.length_to_exit());
+      const Vec3f middle = walk.position() + 0.5f * length * walk.direction();
+      const float sigma_t = total_sigma_t(medium, middle);
+      audit.lookups += medium.count();
+      const float depth = sigma_t * length;
+      if (path.tau > depth) {
+        path.tau = path.tau - depth;
+        if (length < step) {  // the step ended at a face
+          if (++crossings > most_crossings) break;
+          if (!walk.cross()) {
+            flight.end = Flight::End::escaped;
+            flight.face = walk.face();
+            break;
+          }
+        } else {
+          walk.advance(length);
+        }
+      } else {
+        walk.advance(path.tau / sigma_t);
+        ++audit.tentative;
+        ++audit.real;
+        path.drawn = random.block(++path.event, Purpose::walk);
+        path.tau = exponential(path.drawn.b);
+        flight = {Flight::End::collided, choose(medium, middle, uniform(path.drawn.a) * sigma_t),
+                  0};
+        break;
+      }
+    }
+    path.ray.origin = walk.position();
+    audit.cells += crossings + 1;
+    return flight;
+  }
+
+ private:
+  template <class Medium>
+  TYN_HD static int choose(const Medium& medium, Vec3f p, float v) {
+    for (int i = 0; i + 1 < medium.count(); ++i) {
+      v = v - medium.component(i).sigma_t(p);
+      if (v < 0.0f) return i;
+    }
+    return medium.count() - 1;
+  }
+};
+
+/// Moves `ray` to where it enters the medium: onto the box where it starts outside (only open sides
+/// bound it), into the first period along periodic axes. \return false where it never does.
+TYN_HD bool enter(const Box& box, Ray& ray) {
+  float t0 = 0.0f, t1 = largest_float;
+  const auto slab = [&](float origin, float direction, float extent) {
+    const float inverse = inverse_component(direction);
+    if (inverse == 0.0f) {
+      if (origin < 0.0f || origin > extent) t1 = -1.0f;
+    } else {
+      const float a = (0.0f - origin) * inverse, b = (extent - origin) * inverse;
+      t0 = max(t0, min(a, b));
+      t1 = min(t1, max(a, b));
+    }
+  };
+  if (!box.periodic_x) slab(ray.origin.x, ray.direction.x, box.extent.x);
+  if (!box.periodic_y) slab(ray.origin.y, ray.direction.y, box.extent.y);
+  if (!box.periodic_z) slab(ray.origin.z, ray.direction.z, box.extent.z);
+  if (t0 > t1) return false;
+  const auto inside = [](float x, float extent, bool periodic) {
+    if (periodic) x = x - extent * floor(x / extent);
+    return clamp(x, 0.0f, extent);
+  };
+  const Vec3f p = ray.origin + t0 * ray.direction;
+  ray.origin = {inside(p.x, box.extent.x, box.periodic_x),
+                inside(p.y, box.extent.y, box.periodic_y),
+                inside(p.z, box.extent.z, box.periodic_z)};
+  return true;
+}
+
+}  // namespace tyndall
