@@ -1,0 +1,46 @@
+/// \file
+/// What runs the passes: the CPU's threads or a CUDA device. A backend owns the tallies while it
+/// works; all of them are integers, so any split of the ranges over calls and backends adds up to
+/// the same.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tyndall/render/prepare.h"
+
+namespace tyndall {
+
+struct IndexRange {
+  std::uint64_t begin, end;
+};
+
+struct FilmTallies {
+  std::vector<PixelTally> pixels;
+  std::int64_t clamped = 0;
+};
+
+class Backend {
+ public:
+  virtual ~Backend() = default;
+  virtual std::string name() const = 0;
+  /// Of the host, for what is prepared there.
+  virtual int threads() const = 0;
+
+  /// Takes a scene, which must outlive the work, and clears all tallies.
+  virtual void load(const PreparedScene& scene) = 0;
+  virtual void shoot(IndexRange photons) = 0;
+  virtual void measure_matter(IndexRange cells) = 0;
+  virtual std::vector<std::int64_t> take_illumination() = 0;  ///< see IlluminationTally::sums
+  virtual std::vector<std::int64_t> take_matter() = 0;        ///< see MatterPass::matter
+  /// Since the last call.
+  virtual Account take_account() = 0;
+
+  virtual void illuminate(const std::vector<float>& numerator,
+                          const std::vector<float>& denominator) = 0;
+  virtual void gather(IndexRange samples) = 0;
+  virtual FilmTallies take_film() = 0;
+};
+
+}  // namespace tyndall

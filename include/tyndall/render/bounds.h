@@ -1,0 +1,27 @@
+/// \file
+/// Proven bounds of the density of a field over a box: what makes a majorant a majorant.
+/// docs/bounds.md has the proofs.
+#pragma once
+
+#include <glm/vec3.hpp>
+
+#include "tyndall/medium/fields.h"
+
+namespace tyndall {
+
+/// An axis-parallel box of field space.
+struct Region {
+  glm::dvec3 center, half;
+};
+
+struct Bounds {
+  double lower, upper;
+};
+
+/// Bounds of what density() returns, float rounding included, anywhere in `region`.
+Bounds density_bounds(const Solid& field, const Region& region);
+Bounds density_bounds(const NoiseCloud& field, const Region& region);
+Bounds density_bounds(const DenseGrid& field, const Region& region);
+Bounds density_bounds(const AnyField& field, const Region& region);
+
+}  // namespace tyndall

@@ -1,0 +1,84 @@
+/// \file
+/// What is wrong with a scene, in the words of its file.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "tyndall/render/scene.h"
+
+namespace tyndall {
+
+struct Problem {
+  std::string path;     ///< of the offending key, e.g. "medium.components[0].extinction"
+  std::string message;  ///< what was expected, what was found, what to write
+};
+
+struct Problems {
+  std::vector<Problem> errors;
+  std::vector<Problem> warnings;
+};
+
+/// Every problem of `scene` at once; a scene without errors renders. Needs no files and builds
+/// nothing.
+Problems check(const Scene& scene);
+
+/// \return what is wrong with the size or the values of `grid`; empty if nothing is.
+std::string grid_problem(const scene::DenseGrid& grid);
+
+/// \return order of the spherical harmonics that the phase functions of `scene` need: isotropic 0,
+/// Henyey-Greenstein 1, Rayleigh 2.
+int needed_illumination_order(const Scene& scene);
+
+/// \return [byte] that rendering `scene` takes: film, illumination, bounds and grids.
+std::uint64_t memory_needed(const Scene& scene);
+
+/// An interval of numbers, and what a number in it is called.
+struct Range {
+  const char* what;
+  double low = -std::numeric_limits<double>::infinity();
+  double high = std::numeric_limits<double>::infinity();
+  bool open = false;  ///< neither end belongs to it
+
+  constexpr bool contains(double x) const {  // false for NaN
+    return open ? low < x && x < high : low <= x && x <= high;
+  }
+};
+
+/// \return e.g. "degrees in (0, 180)": completes "expected ..."
+std::string describe(const Range& range);
+
+/// The ranges of a scene's numbers: check() and the table of keys of the scene file share them.
+/// They keep single precision finite: squares and quotients of lengths stay below 1e38.
+namespace limits {
+inline constexpr Range coordinate{"a number", -1e9, 1e9};  // [length]
+inline constexpr Range size{"a number", 1e-9, 1e9};        // [length]
+inline constexpr Range extinction{"a number", 0, 1e12};    // [1/length]
+inline constexpr Range density{"a number", 0, 1e12};       // of grids
+inline constexpr Range albedo{"a number", 0, 1};
+inline constexpr Range g{"a number", -0.999, 0.999};
+inline constexpr Range light{"a number", 0, 1e18};  // of power, irradiance and radiance
+inline constexpr Range fov{"degrees", 0, 180, true};
+inline constexpr Range angle{"degrees", -1e6, 1e6};
+inline constexpr Range factor{"a number", -1e9, 1e9};  // of scales and matrices
+inline constexpr Range octaves{"an integer", 1, 15};
+inline constexpr Range gain{"a number", 0, 1, true};
+inline constexpr Range contrast{"a number", 1e-6, 1e6};
+inline constexpr Range coverage{"a number", -1000, 1000};
+inline constexpr Range falloff{"a number", 0, 1e6};
+inline constexpr Range voxels{"an integer", 1, 32768};       // per axis
+inline constexpr Range majorants{"an integer", 1, 256};      // per axis
+inline constexpr Range illumination{"an integer", 1, 1024};  // per axis
+inline constexpr Range order{"an integer", -1, 2};
+inline constexpr Range pixels{"an integer", 1, 65536};  // per axis
+inline constexpr Range photons{"an integer", 1, 1e11};  // 64-bit tallies hold 2^39 initial powers
+inline constexpr Range samples{"an integer", 1, 1e6};   // per pixel
+inline constexpr Range marching_step{"a number", 0, 1e9};  // [length]
+inline constexpr Range exposure{"a number", -100, 100};    // [EV]
+inline constexpr Range seed{"an integer below 2^64", 0};
+inline constexpr Range noise_seed{"an integer", 0, 4294967295.0};
+}  // namespace limits
+
+}  // namespace tyndall

@@ -1,0 +1,35 @@
+/// \file
+#pragma once
+
+#include <cfenv>
+#include <cstdint>
+#include <functional>
+
+namespace tyndall {
+
+/// Rounds to nearest and keeps denormals while it lives: a host program may have switched on
+/// flush-to-zero or another rounding mode, and results must not depend on it.
+class DefaultFloatingPoint {
+ public:
+  DefaultFloatingPoint() {
+    std::fegetenv(&saved_);
+    std::fesetenv(FE_DFL_ENV);
+  }
+  ~DefaultFloatingPoint() { std::fesetenv(&saved_); }
+  DefaultFloatingPoint(const DefaultFloatingPoint&) = delete;
+  DefaultFloatingPoint& operator=(const DefaultFloatingPoint&) = delete;
+
+ private:
+  std::fenv_t saved_;
+};
+
+/// \return `threads`, or one per hardware thread where it is 0.
+int thread_count(int threads);
+
+/// Calls body(begin, end) for chunks that cover [begin, end), at most `grain` long, on `threads`
+/// threads, which round to nearest and keep denormals whatever the calling thread does. Returns
+/// when all are done; the first exception of a body is thrown on.
+void parallel_for(std::uint64_t begin, std::uint64_t end, std::uint64_t grain, int threads,
+                  const std::function<void(std::uint64_t, std::uint64_t)>& body);
+
+}  // namespace tyndall

@@ -1,0 +1,19 @@
+/// \file
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace tyndall {
+
+/// Linear scene-referred RGBA (Rec. 709 primaries, D65), row by row from the top left; radiance
+/// [W/(area sr)], alpha the share of the pixel's samples that met matter (premultiplied: a black
+/// background adds nothing).
+struct Picture {
+  int width = 0, height = 0;
+  std::vector<float> rgba;                                      ///< 4 width height values
+  std::vector<std::pair<std::string, std::string>> provenance;  ///< for the file's header, in order
+};
+
+}  // namespace tyndall

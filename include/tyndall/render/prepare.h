@@ -1,0 +1,71 @@
+/// \file
+/// What the walks read, made from what a person wrote: bounds, emitters, camera, scales. All in
+/// local space: world space moved so that the corner of the medium's box is the origin, which keeps
+/// float positions exact far from 0.
+#pragma once
+
+#include <functional>
+#include <variant>
+#include <vector>
+
+#include "tyndall/render/scene.h"
+#include "tyndall/transport/passes.h"
+
+namespace tyndall {
+
+using AnyMedium = std::variant<SingleMedium<Solid>, SingleMedium<NoiseCloud>,
+                               SingleMedium<DenseGrid>, MixedMedium>;
+using AnySampler = std::variant<SuperVoxel, Woodcock, RayMarching>;
+
+/// Bounds of all components over the super-voxels of one grid, and over all of them.
+struct MajorantTables {
+  int nx = 1, ny = 1, nz = 1;
+  std::vector<float> total, upper, lower;                    ///< see MajorantGrid
+  std::vector<float> whole_total, whole_upper, whole_lower;  ///< the same for one cell
+};
+
+/// A scene ready to render. The views (medium, emitters, ...) point into its own storage and its
+/// Scene's grids, which must outlive it.
+struct PreparedScene {
+  AnyMedium medium;
+  AnySampler sampler;
+  std::vector<Emitter> emitters;
+  PinholeCamera camera;
+  Vec3f background{0, 0, 0};
+  int film_width = 1, film_height = 1;
+  float film_unit = 1;
+  IlluminationCells cells;
+  Vec3f cell_size{1, 1, 1};
+  int strata = 1;
+  float matter_scale = 1;
+  std::uint64_t seed = 1;
+
+  double shot_power = 0;       ///< [W] of all photons together, each of weight 1
+  glm::dvec3 unshot_power{0};  ///< [W] into directions that cannot meet the medium
+  std::vector<int>
+      scene_component;  ///< of each component of `medium`, which are sorted by their majorants
+
+  MajorantTables tables;
+  std::vector<Component<AnyField>> components;
+};
+
+/// \param threads for the bounds. \param go_on asked now and then with the share done; false
+/// abandons the work by throwing Stopped.
+PreparedScene prepare(const Scene& scene, int threads,
+                      const std::function<bool(double)>& go_on = {});
+
+/// The bounds alone. `components` in the order of the tables.
+MajorantTables build_majorants(const std::vector<Component<AnyField>>& components, const Box& box,
+                               int nx, int ny, int nz, int threads,
+                               const std::function<bool(double)>& go_on = {});
+
+template <class Copy>
+void MixedMedium::relocate(Copy&& copy) {
+  super_voxels.relocate(copy);
+  whole.relocate(copy);
+  std::vector<Component<AnyField>> moved(components, components + component_count);
+  for (Component<AnyField>& component : moved) component.field.relocate(copy);
+  components = copy(static_cast<const Component<AnyField>*>(moved.data()), moved.size());
+}
+
+}  // namespace tyndall

@@ -1,0 +1,77 @@
+/// \file
+/// From a scene to a picture: the two passes, their account, their hash.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tyndall/render/picture.h"
+#include "tyndall/render/scene.h"
+#include "tyndall/transport/ledger.h"
+
+namespace tyndall {
+
+class Backend;  // tyndall/render/backend.h
+
+struct Progress {
+  const char* pass;    ///< "bounds", "photons", "matter", "pixels"
+  std::uint64_t done;  ///< photons or pixel samples, of `total`
+  std::uint64_t total;
+};
+
+struct RenderOptions {
+  /// Called between batches from the calling thread; false stops the render, which then throws
+  /// `Stopped`.
+  std::function<bool(const Progress&)> progress;
+  std::uint64_t batch =
+      0;  ///< photons or samples per batch, 0: the backend's choice; never changes the result
+};
+
+/// The render was stopped by its `progress` callback. Nothing of it remains.
+struct Stopped {};
+
+/// The integers that identify a result: equal on every machine, thread count, batch size and
+/// device.
+struct Hashes {
+  std::uint64_t tallies;  ///< of illumination, matter, ledger and film
+  std::uint64_t pixels;   ///< of the picture's floats
+};
+
+struct PassSeconds {
+  double bounds = 0, photons = 0, matter = 0, pixels = 0;
+};
+
+struct RenderResult {
+  Picture picture;
+  Ledger ledger;                ///< fate of every photon and of its power
+  Audit shoot, gather;          ///< counts of the walks, majorant violations among them
+  std::uint64_t clamped = 0;    ///< film samples that were cut to the film's range
+  double photon_power = 0;      ///< [W] of one photon of weight 1
+  double unshot_power[3] = {};  ///< [W] of the lights that could not meet the medium: never shot
+  Hashes hashes{};
+  PassSeconds seconds;
+  std::vector<std::string> warnings;
+};
+
+/// Renders `scene` (see check()) on `backend`.
+/// \throws Error (scene_invalid, out_of_memory, device; internal when the ledger does not close),
+/// Stopped.
+RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& options = {});
+
+/// \return hash of everything in `scene` that can change the picture.
+std::uint64_t scene_hash(const Scene& scene);
+
+/// Version of the arithmetic: results of different versions cannot be compared or merged bit by
+/// bit.
+inline constexpr int arithmetic_version = 1;
+
+/// The CPU backend; `threads` 0: one per hardware thread. Defined in src/host.
+std::unique_ptr<Backend> make_cpu_backend(int threads = 0);
+
+/// One CUDA device; defined in cuda/. \throws Error(device) where there is none.
+std::unique_ptr<Backend> make_cuda_backend(int device = 0);
+
+}  // namespace tyndall

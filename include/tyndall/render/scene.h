@@ -1,0 +1,170 @@
+/// \file
+/// A scene as a person describes it: plain values in world space, double precision, no pointers
+/// into other parts of the program. `tyndall/render/prepare.h` turns it into what the walks read.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+namespace tyndall::scene {
+
+// ---- Shapes: the bodies of solids, and what a noise cloud is wrapped around. Lengths in field
+// units. ----
+
+struct Sphere {
+  glm::dvec3 center{0.5};
+  double radius = 0.5;
+};
+struct Ellipsoid {
+  glm::dvec3 center{0.5};
+  glm::dvec3 radii{0.5};
+};
+/// A horizontal slab, unbounded in x and z.
+struct Layer {
+  double height = 0.5;     ///< y of its middle plane
+  double thickness = 0.5;  ///< from face to face
+};
+/// No shape at all: the field fills the whole medium box.
+struct Everywhere {};
+/// A leaning cone around an axis that rises from `base`: the body of rising smoke.
+struct Plume {
+  glm::dvec3 base{0.5, 0.0, 0.5};
+  double height = 1.0;
+  double radius_base = 0.1;
+  double radius_top = 0.35;
+  glm::dvec2 lean{0.0};  ///< (x, z) the axis moves by between base and top
+};
+struct Cuboid {
+  glm::dvec3 min{0.25}, max{0.75};
+};
+/// Around an axis along y.
+struct Torus {
+  glm::dvec3 center{0.5};
+  double ring_radius = 0.3;  ///< from the centre to the middle of the tube
+  double tube_radius = 0.1;
+};
+struct Capsule {
+  glm::dvec3 a{0.5, 0.25, 0.5}, b{0.5, 0.75, 0.5};
+  double radius = 0.1;
+};
+
+using CloudBody = std::variant<Sphere, Ellipsoid, Layer, Everywhere, Plume>;
+using SolidBody = std::variant<Everywhere, Sphere, Cuboid, Torus, Capsule>;
+
+// ---- Fields: density [-], 0 to 1 unless a grid says otherwise, over field space. ----
+
+/// density(p) = clamp(contrast (F(p) + coverage - falloff q(p)), 0, 1), where F is the sum of
+/// `octaves` octaves of gradient noise, octave k with lattice 2^k over the unit cube and amplitude
+/// gain^(k-1), and q is 0 on the axis of the body and 1 on its surface (the square of the relative
+/// distance). The defaults are the preset low_variation; octaves = 8, 12, 15 mean 256^3, 4096^3,
+/// 32768^3 effective voxels.
+struct NoiseCloud {
+  int octaves = 8;
+  double gain = 0.5;
+  std::uint32_t seed = 0;
+  double contrast = 0.5;
+  double coverage = 1.4;
+  double falloff = 1.8;
+  CloudBody body = Sphere{};
+};
+
+enum class Interpolation { trilinear, nearest };
+
+/// Voxel (i, j, k) covers [i/nx, (i+1)/nx] x ... of the unit cube of field space, its value sits at
+/// its centre, x runs fastest. Outside the unit cube the density is 0.
+struct DenseGrid {
+  std::array<int, 3> size{1, 1, 1};
+  std::vector<float> values;
+  Interpolation interpolation = Interpolation::trilinear;
+};
+
+/// Density 1 inside the body, 0 outside.
+struct Solid {
+  SolidBody body = Everywhere{};
+};
+
+using Field = std::variant<Solid, NoiseCloud, DenseGrid>;
+
+// ---- Medium: the sum of its components. ----
+
+struct IsotropicPhase {};
+struct HenyeyGreensteinPhase {
+  double g = 0.0;  ///< mean cosine, in (-1, 1)
+};
+struct RayleighPhase {};
+using Phase = std::variant<IsotropicPhase, HenyeyGreensteinPhase, RayleighPhase>;
+
+struct Component {
+  Field field = Solid{};
+  double extinction = 1.0;  ///< [1/length] at density 1, grey
+  glm::dvec3 albedo{1.0};   ///< scattered share of the extinction, linear RGB, in [0, 1]
+  Phase phase = IsotropicPhase{};
+  glm::dmat4 transform{1.0};  ///< field space to world space, affine; glm's column order
+};
+
+enum class Side { open, periodic };
+
+struct Medium {
+  glm::dvec3 box_min{0.0}, box_max{1.0};  ///< [length] nothing exists outside
+  std::array<Side, 3> sides{Side::open, Side::open, Side::open};
+  std::array<int, 3> majorant_resolution{32, 32,
+                                         32};  ///< super-voxels along x, y, z, 1 to 256 each
+  std::vector<Component> components;
+};
+
+// ---- Light, camera, work. ----
+
+struct PointLight {
+  glm::dvec3 position{0.0};
+  glm::dvec3 power{1.0};  ///< [W] into all directions
+};
+/// Parallel light, seen by no camera.
+struct DirectionalLight {
+  glm::dvec3 direction{0.0, -1.0, 0.0};  ///< the way it travels
+  glm::dvec3 irradiance{1.0};            ///< [W/area] on a plane across the light
+};
+/// Constant radiance from everywhere; the camera sees it.
+struct EnvironmentLight {
+  glm::dvec3 radiance{1.0};  ///< [W/(area sr)]
+};
+using Light = std::variant<PointLight, DirectionalLight, EnvironmentLight>;
+
+struct Camera {
+  glm::dvec3 position{0.5, 0.5, -2.0};
+  glm::dvec3 look_at{0.5, 0.5, 0.5};
+  glm::dvec3 up{0.0, 1.0, 0.0};
+  double fov = 45.0;  ///< [degree] full angle across the picture's width
+  std::array<int, 2> resolution{512, 512};
+};
+
+enum class Sampler { super_voxel, woodcock, ray_marching };
+
+struct Scene {
+  Medium medium;
+  std::vector<Light> lights;
+  Camera camera;
+  glm::dvec3 background{0.0};  ///< radiance [W/(area sr)] behind everything; lights nothing, adds
+                               ///< to the environment's
+  Sampler sampler = Sampler::super_voxel;
+  double marching_step = 0.0;  ///< [length] of ray_marching; 0: one finest voxel of the components
+  std::uint64_t photons = 1000000;
+  std::array<int, 3> illumination_resolution{64, 64, 64};
+  int illumination_order =
+      -1;  ///< of the spherical harmonics, 0 to 2; -1: what the phase functions need
+  std::uint64_t samples = 16;  ///< per pixel
+  std::uint64_t seed = 1;
+  double exposure = 0.0;  ///< [EV] of the PNG preview only
+};
+
+}  // namespace tyndall::scene
+
+namespace tyndall {
+using scene::Scene;
+}

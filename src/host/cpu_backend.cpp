@@ -1,0 +1,123 @@
+/// \file
+/// The reference: every pass called index by index on the threads of the host.
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "tyndall/render/backend.h"
+#include "tyndall/render/parallel.h"
+#include "tyndall/render/render.h"
+
+namespace tyndall {
+namespace {
+
+class CpuBackend final : public Backend {
+ public:
+  explicit CpuBackend(int threads) : threads_(thread_count(threads)) {}
+
+  std::string name() const override {
+    return fmt::format("cpu, {} thread{}", threads_, threads_ == 1 ? "" : "s");
+  }
+  int threads() const override { return threads_; }
+
+  void load(const PreparedScene& scene) override {
+    scene_ = &scene;
+    const std::size_t cells = scene.cells.count();
+    illumination_.assign(cells * static_cast<std::size_t>(harmonics(scene.cells.order)) * 3, 0);
+    matter_.assign(cells, 0);
+    account_ = {};
+    film_ = {};
+  }
+
+  void shoot(IndexRange photons) override {
+    visit([&](const auto& medium, const auto& sampler) {
+      run(photons, 64, [&](Account* account) {
+        return ShootPass{medium,
+                         sampler,
+                         Lights{scene_->emitters.data(), static_cast<int>(scene_->emitters.size())},
+                         scene_->seed,
+                         IlluminationTally{scene_->cells, illumination_.data()},
+                         account};
+      });
+    });
+  }
+
+  void measure_matter(IndexRange cells) override {
+    std::visit(
+        [&](const auto& medium) {
+          run(cells, 64, [&](Account*) {
+            return MatterPass{
+                medium,         scene_->seed,         scene_->cells, scene_->cell_size,
+                scene_->strata, scene_->matter_scale, matter_.data()};
+          });
+        },
+        scene_->medium);
+  }
+
+  std::vector<std::int64_t> take_illumination() override {
+    return std::exchange(illumination_, {});
+  }
+  std::vector<std::int64_t> take_matter() override { return std::exchange(matter_, {}); }
+  Account take_account() override { return std::exchange(account_, {}); }
+
+  void illuminate(const std::vector<float>& numerator,
+                  const std::vector<float>& denominator) override {
+    field_ = {scene_->cells, numerator.data(), denominator.data()};
+    film_.pixels.assign(static_cast<std::size_t>(scene_->film_width)
+                            * static_cast<std::size_t>(scene_->film_height),
+                        {});
+  }
+
+  void gather(IndexRange samples) override {
+    visit([&](const auto& medium, const auto& sampler) {
+      run(samples, 256, [&](Account* account) {
+        return GatherPass{medium,
+                          sampler,
+                          scene_->camera,
+                          field_,
+                          scene_->background,
+                          scene_->seed,
+                          Film{scene_->film_width, scene_->film_height, scene_->film_unit,
+                               film_.pixels.data(), &film_.clamped},
+                          account};
+      });
+    });
+  }
+
+  FilmTallies take_film() override { return std::exchange(film_, {}); }
+
+ private:
+  /// The medium's and the sampler's types are chosen here, once a launch.
+  template <class Launch>
+  void visit(Launch&& launch) {
+    std::visit(launch, scene_->medium, scene_->sampler);
+  }
+
+  /// Calls the pass for every index; each chunk keeps its own account, lest the threads fight over
+  /// one.
+  template <class MakePass>
+  void run(IndexRange range, std::uint64_t grain, const MakePass& make_pass) {
+    parallel_for(range.begin, range.end, grain, threads_,
+                 [&](std::uint64_t begin, std::uint64_t end) {
+                   Account account;
+                   const auto pass = make_pass(&account);
+                   for (std::uint64_t index = begin; index < end; ++index) pass(index);
+                   add(account_, account);
+                 });
+  }
+
+  int threads_;
+  const PreparedScene* scene_ = nullptr;
+  std::vector<std::int64_t> illumination_, matter_;
+  Account account_;
+  IlluminationField field_;
+  FilmTallies film_;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> make_cpu_backend(int threads) {
+  return std::make_unique<CpuBackend>(threads);
+}
+
+}  // namespace tyndall

@@ -1,0 +1,73 @@
+#include "tyndall/render/parallel.h"
+
+#include <algorithm>
+#include <atomic>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#if defined(TYNDALL_TBB)
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+#endif
+
+namespace tyndall {
+int thread_count(int threads) {
+  return threads > 0 ? threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+#if defined(TYNDALL_TBB)
+
+void parallel_for(std::uint64_t begin, std::uint64_t end, std::uint64_t grain, int threads,
+                  const std::function<void(std::uint64_t, std::uint64_t)>& body) {
+  if (begin >= end) return;
+  using Chunk = oneapi::tbb::blocked_range<std::uint64_t>;
+  oneapi::tbb::task_arena arena(thread_count(threads));
+  arena.execute([&] {
+    oneapi::tbb::parallel_for(
+        Chunk(begin, end, grain),
+        [&](const Chunk& chunk) {
+          const DefaultFloatingPoint guard;
+          body(chunk.begin(), chunk.end());
+        },
+        oneapi::tbb::simple_partitioner{});
+  });
+}
+
+#else
+
+void parallel_for(std::uint64_t begin, std::uint64_t end, std::uint64_t grain, int threads,
+                  const std::function<void(std::uint64_t, std::uint64_t)>& body) {
+  if (begin >= end) return;
+  std::atomic<std::uint64_t> next{begin};
+  std::exception_ptr failure;
+  std::mutex failure_mutex;
+  const auto work = [&] {
+    const DefaultFloatingPoint guard;
+    try {
+      for (;;) {
+        const std::uint64_t first = next.fetch_add(grain);
+        if (first >= end) return;
+        body(first, std::min(first + grain, end));
+      }
+    } catch (...) {
+      next = end;
+      const std::lock_guard lock(failure_mutex);
+      if (!failure) failure = std::current_exception();
+    }
+  };
+  const std::uint64_t chunks = (end - begin + grain - 1) / grain;
+  std::vector<std::thread> helpers;
+  const auto wanted =
+      std::min<std::uint64_t>(static_cast<std::uint64_t>(thread_count(threads)), chunks);
+  for (std::uint64_t i = 1; i < wanted; ++i) helpers.emplace_back(work);
+  work();
+  for (std::thread& helper : helpers) helper.join();
+  if (failure) std::rethrow_exception(failure);
+}
+
+#endif
+
+}  // namespace tyndall

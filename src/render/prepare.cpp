@@ -1,0 +1,473 @@
+#include "tyndall/render/prepare.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <numeric>
+
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+
+#include "tyndall/render/bounds.h"
+#include "tyndall/render/parallel.h"
+#include "tyndall/render/render.h"
+
+namespace tyndall {
+namespace {
+
+template <class... F>
+struct Overloaded : F... {
+  using F::operator()...;
+};
+template <class... F>
+Overloaded(F...) -> Overloaded<F...>;
+
+Vec3f to_vec3f(glm::dvec3 v) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+glm::dvec3 to_dvec3(Vec3f v) { return {v.x, v.y, v.z}; }
+double largest(glm::dvec3 v) { return std::max({v.x, v.y, v.z}); }
+
+// ---- Components
+
+Solid view(const scene::Solid& solid) {
+  Solid s;
+  std::visit(Overloaded{[&](const scene::Everywhere&) { s.body = Solid::Body::everywhere; },
+                        [&](const scene::Sphere& b) {
+                          s.body = Solid::Body::sphere;
+                          s.center = to_vec3f(b.center);
+                          s.radius = static_cast<float>(b.radius);
+                        },
+                        [&](const scene::Cuboid& b) {
+                          s.body = Solid::Body::cuboid;
+                          s.center = to_vec3f(0.5 * (b.min + b.max));
+                          s.half = to_vec3f(0.5 * (b.max - b.min));
+                        },
+                        [&](const scene::Torus& b) {
+                          s.body = Solid::Body::torus;
+                          s.center = to_vec3f(b.center);
+                          s.ring = static_cast<float>(b.ring_radius);
+                          s.radius = static_cast<float>(b.tube_radius);
+                        },
+                        [&](const scene::Capsule& b) {
+                          s.body = Solid::Body::capsule;
+                          s.center = to_vec3f(0.5 * (b.a + b.b));
+                          s.half = to_vec3f(0.5 * (b.b - b.a));
+                          s.radius = static_cast<float>(b.radius);
+                        }},
+             solid.body);
+  return s;
+}
+
+NoiseCloud view(const scene::NoiseCloud& cloud) {
+  NoiseCloud c;
+  c.octaves = cloud.octaves;
+  c.gain = static_cast<float>(cloud.gain);
+  c.seed = cloud.seed;
+  c.contrast = static_cast<float>(cloud.contrast);
+  c.coverage = static_cast<float>(cloud.coverage);
+  c.falloff = static_cast<float>(cloud.falloff);
+  std::visit(
+      Overloaded{[&](const scene::Sphere& b) {
+                   c.center = to_vec3f(b.center);
+                   c.inverse_radii = to_vec3f(glm::dvec3(1.0 / b.radius));
+                 },
+                 [&](const scene::Ellipsoid& b) {
+                   c.center = to_vec3f(b.center);
+                   c.inverse_radii = to_vec3f(1.0 / b.radii);
+                 },
+                 [&](const scene::Layer& b) {
+                   c.center = to_vec3f({0, b.height, 0});
+                   c.inverse_radii = to_vec3f({0, 2.0 / b.thickness, 0});
+                 },
+                 [&](const scene::Everywhere&) {},
+                 [&](const scene::Plume& b) {
+                   c.center = to_vec3f(b.base);
+                   c.inverse_radii = to_vec3f({1 / b.radius_base, 1 / b.height, 1 / b.radius_base});
+                   c.growth = static_cast<float>((b.radius_top / b.radius_base - 1) / b.height);
+                   c.lean_x = static_cast<float>(b.lean.x / b.height);
+                   c.lean_z = static_cast<float>(b.lean.y / b.height);
+                 }},
+      cloud.body);
+  return c;
+}
+
+DenseGrid view(const scene::DenseGrid& grid) {
+  return {grid.values.data(), grid.size[0], grid.size[1], grid.size[2],
+          grid.interpolation == scene::Interpolation::nearest};
+}
+
+Phase view(const scene::Phase& phase) {
+  return std::visit(
+      Overloaded{[](const scene::IsotropicPhase&) { return Phase{}; },
+                 [](const scene::HenyeyGreensteinPhase& p) {
+                   return Phase{Phase::Kind::henyey_greenstein, static_cast<float>(p.g)};
+                 },
+                 [](const scene::RayleighPhase&) {
+                   return Phase{Phase::Kind::rayleigh, 0.0f};
+                 }},
+      phase);
+}
+
+Component<AnyField> view(const scene::Component& component, glm::dvec3 box_min) {
+  Component<AnyField> c;
+  c.field = std::visit([](const auto& field) { return AnyField(view(field)); }, component.field);
+  const glm::dmat4 inverse = glm::inverse(component.transform);
+  const glm::dvec3 offset(inverse * glm::dvec4(box_min, 1.0));
+  c.to_field.row_x = to_vec3f({inverse[0][0], inverse[1][0], inverse[2][0]});
+  c.to_field.row_y = to_vec3f({inverse[0][1], inverse[1][1], inverse[2][1]});
+  c.to_field.row_z = to_vec3f({inverse[0][2], inverse[1][2], inverse[2][2]});
+  c.to_field.offset = to_vec3f(offset);
+  c.extinction = static_cast<float>(component.extinction);
+  c.albedo = to_vec3f(component.albedo);
+  c.phase = view(component.phase);
+  return c;
+}
+
+/// Edge of the finest feature of a field, in field units: what ray marching must resolve.
+double finest_feature(const scene::Field& field) {
+  return std::visit(
+      Overloaded{[](const scene::Solid&) { return 1.0 / 256; },
+                 [](const scene::NoiseCloud& f) { return std::ldexp(1.0, -f.octaves); },
+                 [](const scene::DenseGrid& f) {
+                   return 1.0 / std::max({f.size[0], f.size[1], f.size[2]});
+                 }},
+      field);
+}
+
+double default_marching_step(const Scene& scene) {
+  double step = 1e300;
+  for (const scene::Component& c : scene.medium.components) {
+    const glm::dmat3 m(c.transform);
+    const double scale = std::min({glm::length(m[0]), glm::length(m[1]), glm::length(m[2])});
+    step = std::min(step, scale * finest_feature(c.field));
+  }
+  return step;
+}
+
+// ---- Bounds
+
+/// `region` of local space as a box of field space, wide enough for the rounding of positions (4
+/// ulp of the box) and of the transform.
+Region in_field_space(const Affine& to_field, const Region& region, glm::dvec3 extent) {
+  const double ulp = std::ldexp(1.0, -23);
+  const glm::dvec3 half = region.half + 4.0 * ulp * extent;
+  const Vec3f rows[3] = {to_field.row_x, to_field.row_y, to_field.row_z};
+  const glm::dvec3 offset = to_dvec3(to_field.offset);
+  Region out;
+  for (int i = 0; i < 3; ++i) {
+    const glm::dvec3 row = to_dvec3(rows[i]), size = glm::abs(row);
+    out.center[i] = glm::dot(row, region.center) + offset[i];
+    const bool moves = size != glm::dvec3(i == 0, i == 1, i == 2) || offset[i] != 0.0;
+    const double rounding =
+        moves ? 4.0 * ulp * (glm::dot(size, extent) + std::abs(offset[i])) : 0.0;
+    out.half[i] = glm::dot(size, half) + rounding;
+  }
+  return out;
+}
+
+float round_up(double x) {
+  const float f = static_cast<float>(x * (1 + 4e-7));
+  return f < x ? std::nextafter(f, largest_float) : f;
+}
+float round_down(double x) {
+  const float f = static_cast<float>(x * (1 - 4e-7));
+  return f > x ? std::nextafter(f, 0.0f) : f;
+}
+
+/// Ascending majorants: the decision value v = u * sum keeps its resolution near 0, so that thin
+/// fog beside a dense body still collides at the right rate.
+std::vector<int> ascending(const std::vector<float>& majorants) {
+  std::vector<int> order(majorants.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+    return majorants[static_cast<std::size_t>(a)] < majorants[static_cast<std::size_t>(b)];
+  });
+  return order;
+}
+
+/// Some upper bound of each component's extinction, cheap: the extinction times the field's largest
+/// density.
+float largest_sigma_t(const Component<AnyField>& c) {
+  if (c.field.kind != AnyField::Kind::dense_grid) return c.extinction;
+  const DenseGrid& g = c.field.dense_grid;
+  return c.extinction
+         * *std::max_element(g.values, g.values + static_cast<std::size_t>(g.nx) * g.ny * g.nz);
+}
+
+// ---- Lights
+
+/// Emitters with their powers, before they are normalised.
+struct EmitterList {
+  std::vector<Emitter> emitters;
+  std::vector<glm::dvec3> powers;  // [W]
+
+  void add(const Emitter& emitter, glm::dvec3 power) {
+    if (!(largest(power) > 0)) return;
+    emitters.push_back(emitter);
+    powers.push_back(power);
+  }
+};
+
+double face_area(const Box& box, Face face) {
+  const glm::dvec3 e = to_dvec3(box.extent);
+  return face / 2 == 0 ? e.y * e.z : face / 2 == 1 ? e.x * e.z : e.x * e.y;
+}
+
+bool is_open(const Box& box, Face face) {
+  return !(face / 2 == 0 ? box.periodic_x : face / 2 == 1 ? box.periodic_y : box.periodic_z);
+}
+
+void add_light(const scene::PointLight& light, glm::dvec3 box_min, const Box& box,
+               EmitterList& list, glm::dvec3& unshot) {
+  Emitter e;
+  e.kind = Emitter::Kind::point;
+  e.position = to_vec3f(light.position - box_min);
+  // The cone about the bounding sphere; all directions from within it, and where the medium has no
+  // end.
+  const glm::dvec3 center = 0.5 * to_dvec3(box.extent);
+  const glm::dvec3 to_center = center - to_dvec3(e.position);
+  const double distance = glm::length(to_center), radius = glm::length(center) * (1 + 1e-5);
+  const bool endless = box.periodic_x || box.periodic_y || box.periodic_z;
+  if (!endless && distance > radius) {
+    e.direction = to_vec3f(to_center / distance);
+    e.cone_cosine =
+        static_cast<float>(std::sqrt(1.0 - (radius / distance) * (radius / distance)) - 1e-6);
+  }
+  const double share = 0.5 * (1.0 - double{e.cone_cosine});
+  unshot += (1.0 - share) * light.power;
+  list.add(e, share * light.power);
+}
+
+void add_light(const scene::DirectionalLight& light, glm::dvec3, const Box& box, EmitterList& list,
+               glm::dvec3&) {
+  const glm::dvec3 direction = glm::normalize(light.direction);
+  for (Face face = 0; face < 6; ++face) {
+    const double cosine = glm::dot(direction, to_dvec3(inward_normal(face)));
+    if (!is_open(box, face) || cosine <= 0) continue;
+    Emitter e;
+    e.kind = Emitter::Kind::beam;
+    e.direction = to_vec3f(direction);
+    e.face = face;
+    list.add(e, cosine * face_area(box, face) * light.irradiance);
+  }
+}
+
+void add_light(const scene::EnvironmentLight& light, glm::dvec3, const Box& box, EmitterList& list,
+               glm::dvec3&) {
+  for (Face face = 0; face < 6; ++face) {
+    if (!is_open(box, face)) continue;
+    Emitter e;
+    e.kind = Emitter::Kind::environment;
+    e.face = face;
+    list.add(e, double{pi} * face_area(box, face) * light.radiance);
+  }
+}
+
+void prepare_lights(const Scene& scene, const Box& box, PreparedScene& out) {
+  EmitterList list;
+  for (const scene::Light& light : scene.lights) {
+    std::visit(
+        [&](const auto& l) { add_light(l, scene.medium.box_min, box, list, out.unshot_power); },
+        light);
+  }
+  double total = 0, sum = 0;
+  for (const glm::dvec3& power : list.powers) total += largest(power);
+  for (std::size_t i = 0; i < list.emitters.size(); ++i) {
+    sum += largest(list.powers[i]);
+    Emitter& e = list.emitters[i];
+    e.weight = to_vec3f(list.powers[i] / largest(list.powers[i]));
+    e.last_word =
+        static_cast<std::uint32_t>(std::clamp(sum / total * 4294967296.0 - 1.0, 0.0, 4294967295.0));
+  }
+  out.emitters = std::move(list.emitters);
+  out.shot_power = total;
+}
+
+// ---- Camera and film
+
+void prepare_camera(const Scene& scene, PreparedScene& out) {
+  const scene::Camera& c = scene.camera;
+  out.film_width = c.resolution[0];
+  out.film_height = c.resolution[1];
+  const SinCos half = sin_cos_turn(static_cast<float>(c.fov / 720.0));
+  const double tangent = double{half.sin} / double{half.cos};
+  const glm::dvec3 forward = glm::normalize(c.look_at - c.position);
+  const glm::dvec3 right = glm::normalize(glm::cross(forward, c.up));
+  const glm::dvec3 up = glm::cross(right, forward);
+  out.camera = {to_vec3f(c.position - scene.medium.box_min), to_vec3f(forward),
+                to_vec3f(tangent * right),
+                to_vec3f(tangent * c.resolution[1] / c.resolution[0] * up)};
+}
+
+/// A power of two near the radiance of the brightest things: the film's integers count 2^-24 of it,
+/// and its samples end at Film::range times it.
+float film_unit(const Scene& scene, const Box& box) {
+  const glm::dvec3 center = 0.5 * to_dvec3(box.extent);
+  const auto radiance = Overloaded{
+      [&](const scene::PointLight& l) {
+        const double distance = glm::length(l.position - scene.medium.box_min - center);
+        const double near = std::max(distance - glm::length(center), 0.1 * glm::length(center));
+        return largest(l.power) / (4 * double{pi} * near * near);
+      },
+      [](const scene::DirectionalLight& l) { return largest(l.irradiance); },
+      [](const scene::EnvironmentLight& l) { return largest(l.radiance); }};
+  double brightest = largest(scene.background);
+  for (const scene::Light& light : scene.lights)
+    brightest = std::max(brightest, std::visit(radiance, light));
+  if (!(brightest > 0)) return 1.0f;
+  int exponent = 0;
+  std::frexp(brightest, &exponent);
+  return static_cast<float>(std::ldexp(1.0, std::clamp(exponent, -80, 80)));
+}
+
+int illumination_order(const Scene& scene) {
+  if (scene.illumination_order >= 0) return scene.illumination_order;
+  for (const scene::Component& c : scene.medium.components) {
+    const Phase phase = view(c.phase);
+    if (phase.moment(1) != 0.0f || phase.moment(2) != 0.0f) return highest_order;
+  }
+  return 0;
+}
+
+}  // namespace
+
+MajorantTables build_majorants(const std::vector<Component<AnyField>>& components, const Box& box,
+                               int nx, int ny, int nz, int threads,
+                               const std::function<bool(double)>& go_on) {
+  MajorantTables t{nx, ny, nz, {}, {}, {}, {}, {}, {}};
+  const std::size_t cells = static_cast<std::size_t>(nx) * ny * nz, count = components.size();
+  t.total.assign(cells, 0.0f);
+  t.upper.assign(cells * count, 0.0f);
+  t.lower.assign(cells * count, 0.0f);
+  const glm::dvec3 extent = to_dvec3(box.extent);
+  const glm::dvec3 size = extent / glm::dvec3(nx, ny, nz);
+  const auto bound = [&](std::size_t cell) {
+    const std::size_t row = cell / static_cast<std::size_t>(nx);
+    const glm::dvec3 at(static_cast<double>(cell % static_cast<std::size_t>(nx)),
+                        static_cast<double>(row % static_cast<std::size_t>(ny)),
+                        static_cast<double>(row / static_cast<std::size_t>(ny)));
+    const Region region{(at + 0.5) * size, 0.5 * size};
+    for (std::size_t c = 0; c < count; ++c) {
+      const Bounds density = density_bounds(components[c].field,
+                                            in_field_space(components[c].to_field, region, extent));
+      const double extinction = components[c].extinction;
+      t.upper[c * cells + cell] = round_up(extinction * density.upper);
+      t.lower[c * cells + cell] = round_down(extinction * density.lower);
+      t.total[cell] += t.upper[c * cells + cell];
+    }
+  };
+  const std::size_t slab = std::max<std::size_t>(static_cast<std::size_t>(nx) * ny, 256);
+  for (std::size_t begin = 0; begin < cells; begin += slab) {
+    if (go_on && !go_on(static_cast<double>(begin) / static_cast<double>(cells))) throw Stopped{};
+    parallel_for(begin, std::min(begin + slab, cells), 8, threads,
+                 [&](std::uint64_t first, std::uint64_t last) {
+                   for (std::uint64_t cell = first; cell < last; ++cell) bound(cell);
+                 });
+  }
+  t.whole_total.assign(1, 0.0f);
+  for (std::size_t c = 0; c < count; ++c) {
+    const auto row = [&](std::vector<float>& v) {
+      return v.begin() + static_cast<std::ptrdiff_t>(c * cells);
+    };
+    const auto width = static_cast<std::ptrdiff_t>(cells);
+    t.whole_upper.push_back(*std::max_element(row(t.upper), row(t.upper) + width));
+    t.whole_lower.push_back(*std::min_element(row(t.lower), row(t.lower) + width));
+    t.whole_total[0] += t.whole_upper[c];
+  }
+  return t;
+}
+
+PreparedScene prepare(const Scene& scene, int threads, const std::function<bool(double)>& go_on) {
+  PreparedScene out;
+  Box box;
+  box.extent = to_vec3f(scene.medium.box_max - scene.medium.box_min);
+  box.periodic_x = scene.medium.sides[0] == scene::Side::periodic;
+  box.periodic_y = scene.medium.sides[1] == scene::Side::periodic;
+  box.periodic_z = scene.medium.sides[2] == scene::Side::periodic;
+
+  std::vector<Component<AnyField>> components;
+  std::vector<float> majorants;
+  for (const scene::Component& c : scene.medium.components) {
+    components.push_back(view(c, scene.medium.box_min));
+    majorants.push_back(largest_sigma_t(components.back()));
+  }
+  out.scene_component = ascending(majorants);
+  for (const int i : out.scene_component)
+    out.components.push_back(components[static_cast<std::size_t>(i)]);
+
+  const auto [nx, ny, nz] = scene.medium.majorant_resolution;
+  out.tables = build_majorants(out.components, box, nx, ny, nz, threads, go_on);
+  MajorantGrid grid, whole;
+  grid.nx = nx, grid.ny = ny, grid.nz = nz;
+  grid.components = whole.components = static_cast<int>(components.size());
+  grid.box = whole.box = box;
+  const glm::dvec3 extent = to_dvec3(box.extent), resolution(nx, ny, nz);
+  grid.cell_size = to_vec3f(extent / resolution);
+  grid.inverse_cell_size = to_vec3f(resolution / extent);
+  grid.total = out.tables.total.data(), grid.upper = out.tables.upper.data(),
+  grid.lower = out.tables.lower.data();
+  whole.cell_size = box.extent;
+  whole.inverse_cell_size = to_vec3f(1.0 / extent);
+  whole.total = out.tables.whole_total.data(), whole.upper = out.tables.whole_upper.data();
+  whole.lower = out.tables.whole_lower.data();
+
+  if (components.size() == 1) {
+    const Component<AnyField>& c = components[0];
+    const auto single = [&](const auto& field) {
+      using Field = std::decay_t<decltype(field)>;
+      out.medium =
+          SingleMedium<Field>{grid, whole, {field, c.to_field, c.extinction, c.albedo, c.phase}};
+    };
+    switch (c.field.kind) {
+      case AnyField::Kind::solid:
+        single(c.field.solid);
+        break;
+      case AnyField::Kind::noise_cloud:
+        single(c.field.noise_cloud);
+        break;
+      case AnyField::Kind::dense_grid:
+        single(c.field.dense_grid);
+        break;
+    }
+  } else {
+    out.medium =
+        MixedMedium{grid, whole, out.components.data(), static_cast<int>(out.components.size())};
+  }
+  switch (scene.sampler) {
+    case scene::Sampler::super_voxel:
+      out.sampler = SuperVoxel{};
+      break;
+    case scene::Sampler::woodcock:
+      out.sampler = Woodcock{};
+      break;
+    case scene::Sampler::ray_marching:
+      out.sampler = RayMarching{static_cast<float>(
+          scene.marching_step > 0 ? scene.marching_step : default_marching_step(scene))};
+      break;
+  }
+
+  prepare_lights(scene, box, out);
+  prepare_camera(scene, out);
+  for (const scene::Light& light : scene.lights) {
+    if (const auto* e = std::get_if<scene::EnvironmentLight>(&light))
+      out.background = out.background + to_vec3f(e->radiance);
+  }
+  out.background = out.background + to_vec3f(scene.background);
+  out.film_unit = film_unit(scene, box);
+  out.seed = scene.seed;
+
+  const auto [cx, cy, cz] = scene.illumination_resolution;
+  out.cells = {
+      cx, cy, cz, illumination_order(scene), box, to_vec3f(glm::dvec3(cx, cy, cz) / extent)};
+  out.cell_size = to_vec3f(extent / glm::dvec3(cx, cy, cz));
+  // As many points as a 256^3 grid has cells: their error stays below half of the photons'
+  // (tests/statistical).
+  out.strata = clamp(256 / std::max({cx, cy, cz}), 1, 8);
+  int exponent = 0;
+  std::frexp(std::max(double{out.tables.whole_total[0]}, 1e-30), &exponent);
+  out.matter_scale = static_cast<float>(std::ldexp(1.0, 40 - exponent));
+  return out;
+}
+
+}  // namespace tyndall

@@ -1,0 +1,92 @@
+#include <cstring>
+#include <type_traits>
+
+#include "tyndall/base/hash.h"
+#include "tyndall/render/render.h"
+
+namespace tyndall {
+namespace {
+
+/// Feeds every value of a scene to the hash, in the order of declaration; variants add their index.
+class SceneHasher {
+ public:
+  std::uint64_t value() const { return hasher_.value(); }
+
+  template <class... T>
+  void operator()(const T&... values) {
+    (add(values), ...);
+  }
+
+ private:
+  void add(double v) {
+    std::uint64_t bits;
+    const double normal = v + 0.0;  // -0 is 0
+    std::memcpy(&bits, &normal, sizeof bits);
+    hasher_.add(bits);
+  }
+  void add(float v) { add(double{v}); }
+  template <class T>
+  requires(std::is_integral_v<T> || std::is_enum_v<T>) void add(T v) {
+    hasher_.add(static_cast<std::uint64_t>(v));
+  }
+  void add(glm::dvec2 v) { (*this)(v.x, v.y); }
+  void add(glm::dvec3 v) { (*this)(v.x, v.y, v.z); }
+  void add(const glm::dmat4& m) {
+    for (int c = 0; c < 4; ++c) (*this)(m[c][0], m[c][1], m[c][2], m[c][3]);
+  }
+  template <class T, std::size_t n>
+  void add(const std::array<T, n>& values) {
+    for (const T& v : values) add(v);
+  }
+  template <class T>
+  void add(const std::vector<T>& values) {
+    add(values.size());
+    for (const T& v : values) add(v);
+  }
+  template <class... T>
+  void add(const std::variant<T...>& v) {
+    add(v.index());
+    std::visit([&](const auto& x) { add(x); }, v);
+  }
+  void add(const scene::Sphere& s) { (*this)(s.center, s.radius); }
+  void add(const scene::Ellipsoid& s) { (*this)(s.center, s.radii); }
+  void add(const scene::Layer& s) { (*this)(s.height, s.thickness); }
+  void add(const scene::Everywhere&) {}
+  void add(const scene::Plume& s) {
+    (*this)(s.base, s.height, s.radius_base, s.radius_top, s.lean);
+  }
+  void add(const scene::Cuboid& s) { (*this)(s.min, s.max); }
+  void add(const scene::Torus& s) { (*this)(s.center, s.ring_radius, s.tube_radius); }
+  void add(const scene::Capsule& s) { (*this)(s.a, s.b, s.radius); }
+  void add(const scene::NoiseCloud& f) {
+    (*this)(f.octaves, f.gain, f.seed, f.contrast, f.coverage, f.falloff, f.body);
+  }
+  void add(const scene::DenseGrid& f) { (*this)(f.size, f.values, f.interpolation); }
+  void add(const scene::Solid& f) { add(f.body); }
+  void add(const scene::IsotropicPhase&) {}
+  void add(const scene::HenyeyGreensteinPhase& p) { add(p.g); }
+  void add(const scene::RayleighPhase&) {}
+  void add(const scene::Component& c) {
+    (*this)(c.field, c.extinction, c.albedo, c.phase, c.transform);
+  }
+  void add(const scene::PointLight& l) { (*this)(l.position, l.power); }
+  void add(const scene::DirectionalLight& l) { (*this)(l.direction, l.irradiance); }
+  void add(const scene::EnvironmentLight& l) { add(l.radiance); }
+
+  Hasher hasher_;
+};
+
+}  // namespace
+
+std::uint64_t scene_hash(const Scene& s) {
+  SceneHasher hash;
+  const scene::Medium& m = s.medium;
+  const scene::Camera& c = s.camera;
+  hash(arithmetic_version, m.box_min, m.box_max, m.sides, m.majorant_resolution, m.components,
+       s.lights, c.position, c.look_at, c.up, c.fov, c.resolution, s.background, s.sampler,
+       s.marching_step, s.photons, s.illumination_resolution, s.illumination_order, s.samples,
+       s.seed);
+  return hash.value();
+}
+
+}  // namespace tyndall
