@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -26,22 +25,54 @@ Bounds square(Bounds a) {
 /// Float rounding of density() against exact arithmetic: a few ulp of each term.
 constexpr double rounding = 4e-6;
 
-Bounds relative_distance_squared(const NoiseCloud& f, const Region& r) {
-  const Bounds height{r.center.y - r.half.y - f.center.y, r.center.y + r.half.y - f.center.y};
-  const auto shrink = [&](double h) {
-    return 1.0 / std::max(1.0 + f.growth * h, double{NoiseCloud::smallest_growth});
-  };
-  const double s0 = shrink(height.lower), s1 = shrink(height.upper);  // monotone in the height
-  const Bounds s{std::min(s0, s1), std::max(s0, s1)};
-  const auto across = [&](double center, double half, double axis, double lean,
-                          double inverse_radius) {
-    const Bounds from_axis = Bounds{center - half - axis, center + half - axis} + (-lean) * height;
-    return square(inverse_radius * (from_axis * s));
-  };
-  return across(r.center.x, r.half.x, f.center.x, f.lean_x, f.inverse_radii.x)
-         + square(double{f.inverse_radii.y} * height)
-         + across(r.center.z, r.half.z, f.center.z, f.lean_z, f.inverse_radii.z);
-}
+double largest_magnitude(Bounds a) { return std::max(std::abs(a.lower), std::abs(a.upper)); }
+
+/// The coordinates of the body's quadratic form over a region: q = X^2 + Y^2 + Z^2, where X = u s,
+/// u is linear in x and the height, s = 1 / (1 + growth height), and likewise Z.
+struct BodyBounds {
+  BodyBounds(const NoiseCloud& f, const Region& r) : cloud(f) {
+    height = {r.center.y - r.half.y - f.center.y, r.center.y + r.half.y - f.center.y};
+    const Bounds radius = Bounds{1, 1} + double{f.growth} * height;
+    const double apex = NoiseCloud::smallest_growth;
+    s = {1 / std::max(radius.upper, apex), 1 / std::max(radius.lower, apex)};
+    growth = radius.upper <= apex ? 0.0 : std::abs(double{f.growth});
+    smooth = radius.lower >= apex || radius.upper <= apex;
+    u_x = across(r.center.x, r.half.x, f.center.x, f.lean_x, f.inverse_radii.x);
+    u_z = across(r.center.z, r.half.z, f.center.z, f.lean_z, f.inverse_radii.z);
+  }
+
+  Bounds across(double center, double half, double axis, double lean, double inverse_radius) const {
+    return inverse_radius * (Bounds{center - half - axis, center + half - axis} + (-lean) * height);
+  }
+
+  Bounds relative_distance_squared() const {
+    return square(u_x * s) + square(double{cloud.inverse_radii.y} * height) + square(u_z * s);
+  }
+
+  /// sum d_i^2/8 sup|d_ii q|. Expects smooth.
+  double curvature(glm::dvec3 edge) const {
+    const glm::dvec3 a(cloud.inverse_radii.x, cloud.inverse_radii.y, cloud.inverse_radii.z);
+    const double along_y =
+        2 * a.y * a.y + second(u_x, cloud.lean_x * a.x) + second(u_z, cloud.lean_z * a.z);
+    return (edge.x * edge.x * 2 * a.x * a.x * s.upper * s.upper + edge.y * edge.y * along_y
+            + edge.z * edge.z * 2 * a.z * a.z * s.upper * s.upper)
+           / 8;
+  }
+
+  /// Of (u s)^2 by the height: 2 (us)'^2 + 2 us (us)'', with s' = -growth s^2 and s'' = 2 growth^2
+  /// s^3.
+  double second(Bounds u_bounds, double slope) const {
+    const double u = largest_magnitude(u_bounds), du = std::abs(slope),
+                 ds = growth * s.upper * s.upper;
+    const double first = du * s.upper + u * ds;
+    return 2 * first * first + 2 * u * s.upper * (2 * du * ds + 2 * u * growth * s.upper * ds);
+  }
+
+  const NoiseCloud& cloud;
+  Bounds height, s, u_x, u_z;
+  double growth;
+  bool smooth;  ///< the radius does not reach its smallest within the region
+};
 
 /// Bounds of noise sum plus shape over `r`, from samples at the corners of n x n x n boxes. On a
 /// box with edges d_i a C2 function exceeds its corners by at most sum d_i^2/8 sup|d_ii|; octaves
@@ -49,53 +80,38 @@ Bounds relative_distance_squared(const NoiseCloud& f, const Region& r) {
 Bounds shape_bounds(const NoiseCloud& f, const Region& r, int n) {
   const glm::dvec3 edge = 2.0 * r.half / static_cast<double>(n);
   int sampled = 0;
-  double slack = rounding * (1.0 + std::abs(f.coverage));
-  double amplitude = 1.0, frequency = 2.0;
+  double slack = 0.0, amplitude = 1.0, frequency = 2.0;
   for (int k = 1; k <= f.octaves; ++k, amplitude *= f.gain, frequency *= 2.0) {
     const double curvature =
         noise_second_derivative / 8.0 * frequency * frequency * glm::dot(edge, edge);
-    if (sampled == k - 1 && curvature < noise_bound) {
-      sampled = k;
-      slack += amplitude * (curvature + rounding);
-    } else {
-      slack += amplitude * (noise_bound + rounding);
-    }
+    if (sampled == k - 1 && curvature < noise_bound) sampled = k;
+    slack += amplitude * (rounding + (sampled == k ? curvature : double{noise_bound}));
   }
+  const BodyBounds body(f, r);
+  const Bounds fall = -double{f.falloff} * body.relative_distance_squared();
+  Bounds all{f.coverage - slack, f.coverage + slack};
+  if (body.smooth) {
+    const double curvature = std::abs(double{f.falloff}) * body.curvature(edge);
+    all = all + Bounds{-curvature, curvature};
+  } else {
+    all = all + fall;
+  }
+  Bounds samples{1e300, -1e300};
   const glm::dvec3 low = r.center - r.half;
-  const std::size_t row = static_cast<std::size_t>(n) + 1;
-  std::vector<float> samples(row * row * row, 0.0f);
-  if (sampled > 0) {
-    std::size_t at = 0;
-    for (int k = 0; k <= n; ++k) {
-      for (int j = 0; j <= n; ++j) {
-        for (int i = 0; i <= n; ++i) {
-          const glm::dvec3 p = low + edge * glm::dvec3(i, j, k);
-          samples[at++] = fractal_noise(
-              {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}, sampled,
-              f.gain, f.seed);
-        }
+  for (int k = 0; k <= n; ++k) {
+    for (int j = 0; j <= n; ++j) {
+      for (int i = 0; i <= n; ++i) {
+        const glm::dvec3 at = low + edge * glm::dvec3(i, j, k);
+        const Vec3f p{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)};
+        double sample = fractal_noise(p, sampled, f.gain, f.seed);
+        if (body.smooth) sample -= double{f.falloff} * double{f.relative_distance_squared(p)};
+        samples = {std::min(samples.lower, sample), std::max(samples.upper, sample)};
       }
     }
   }
-  Bounds all{1e300, -1e300};
-  for (int k = 0; k < n; ++k) {
-    for (int j = 0; j < n; ++j) {
-      for (int i = 0; i < n; ++i) {
-        float lowest = largest_float, highest = -largest_float;
-        for (int c = 0; c < 8; ++c) {
-          const float s =
-              samples[((k + (c >> 2)) * row + (j + (c >> 1 & 1))) * row + (i + (c & 1))];
-          lowest = std::min(lowest, s);
-          highest = std::max(highest, s);
-        }
-        const Region part{low + edge * (glm::dvec3(i, j, k) + 0.5), 0.5 * edge};
-        const Bounds fall = -double{f.falloff} * relative_distance_squared(f, part);
-        all.lower = std::min(all.lower, lowest + fall.lower - rounding * std::abs(fall.lower));
-        all.upper = std::max(all.upper, highest + fall.upper + rounding * std::abs(fall.upper));
-      }
-    }
-  }
-  return {all.lower + f.coverage - slack, all.upper + f.coverage + slack};
+  all = all + samples;
+  const double rounded = rounding * (1.0 + std::abs(f.coverage) + largest_magnitude(fall));
+  return {all.lower - rounded, all.upper + rounded};
 }
 
 }  // namespace
