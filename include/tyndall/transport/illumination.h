@@ -46,6 +46,8 @@ TYN_HD float harmonic(int index, Vec3f d) {
   return 0.0f;
 }
 
+TYN_HD constexpr int order_of_harmonic(int index) { return index == 0 ? 0 : (index < 4 ? 1 : 2); }
+
 /// Cells of the illumination grid over the box.
 struct IlluminationCells {
   int nx = 1, ny = 1, nz = 1;
@@ -94,25 +96,27 @@ struct IlluminationField {
     const Corner y = corner(p.y * cells.inverse_cell_size.y, cells.ny, cells.box.periodic_y);
     const Corner z = corner(p.z * cells.inverse_cell_size.z, cells.nz, cells.box.periodic_z);
     const int n = harmonics(cells.order);
-    Vec3f sum{0, 0, 0};
+    const auto index = [&](int c) {
+      return cells.index(c & 1 ? x.high : x.low, c & 2 ? y.high : y.low, c & 4 ? z.high : z.low);
+    };
+    const auto weight = [&](int c) {
+      return (c & 1 ? x.weight : 1.0f - x.weight) * (c & 2 ? y.weight : 1.0f - y.weight)
+             * (c & 4 ? z.weight : 1.0f - z.weight);
+    };
     float matter = 0.0f;
-    for (int c = 0; c < 8; ++c) {
-      const bool hx = (c & 1) != 0, hy = (c & 2) != 0, hz = (c & 4) != 0;
-      const float b = (hx ? x.weight : 1.0f - x.weight) * (hy ? y.weight : 1.0f - y.weight)
-                      * (hz ? z.weight : 1.0f - z.weight);
-      const std::size_t cell =
-          cells.index(hx ? x.high : x.low, hy ? y.high : y.low, hz ? z.high : z.low);
-      matter = matter + b * denominator[cell];
-      const float* value = numerator + cell * static_cast<std::size_t>(n) * 3u;
-      for (int i = 0; i < n; ++i) {
-        const float f = b * phase.moment(i == 0 ? 0 : (i < 4 ? 1 : 2)) * harmonic(i, towards);
-        sum = sum + f * Vec3f{value[3 * i], value[3 * i + 1], value[3 * i + 2]};
-      }
-    }
+    for (int c = 0; c < 8; ++c) matter = matter + weight(c) * denominator[index(c)];
     if (!(matter > 0.0f)) return {0, 0, 0};
+    Vec3f sum{0, 0, 0};
+    for (int i = 0; i < n; ++i) {
+      Vec3f moment{0, 0, 0};
+      for (int c = 0; c < 8; ++c) {
+        const float* rgb = numerator + (index(c) * static_cast<std::size_t>(n) + i) * 3u;
+        moment = moment + weight(c) * Vec3f{rgb[0], rgb[1], rgb[2]};
+      }
+      sum = sum + (phase.moment(order_of_harmonic(i)) * harmonic(i, towards)) * moment;
+    }
     sum = (1.0f / matter) * sum;
-    return {max(sum.x, 0.0f), max(sum.y, 0.0f),
-            max(sum.z, 0.0f)};  // a truncated series may dip below 0
+    return {max(sum.x, 0.0f), max(sum.y, 0.0f), max(sum.z, 0.0f)};  // a truncated series may dip
   }
 
  private:
