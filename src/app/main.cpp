@@ -1,0 +1,192 @@
+// The command line: arguments in, exit code out (tyndall/render/error.h).
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "app/console.h"
+#include "app/render_command.h"
+#include "app/signals.h"
+#include "io/scene_json.h"
+#include "tyndall/render/error.h"
+#include "tyndall/render/render.h"
+
+namespace tyndall::app {
+namespace {
+
+constexpr const char* examples = R"(Examples:
+  tyndall render cloud.json                          renders cloud.exr into the current folder
+  tyndall render cloud.json -o cloud.exr -o cloud.png
+  tyndall render cloud.json --photons 1e6 --samples 4 -D camera.resolution=[256,256]
+  tyndall validate cloud.json                        finds every error of a scene
+  tyndall defaults                                   lists every key of a scene with its default
+
+)";
+
+std::string version() {
+  std::string text = fmt::format("tyndall {}\narithmetic {}\npictures {}\ndevices cpu ({})",
+                                 TYNDALL_VERSION, arithmetic_version, known_formats(),
+#if TYNDALL_TBB
+                                 "oneTBB"
+#else
+                                 "std::thread"
+#endif
+  );
+#if TYNDALL_CUDA
+  text += ", cuda";
+#endif
+  return text + "\n";
+}
+
+/// Rewrites a number of things, "2000000" or "2e6", as plain digits. \return what is wrong with it,
+/// or nothing.
+std::string plain_count(std::string& text) {
+  const char* end = text.data() + text.size();
+  std::uint64_t count = 0;
+  if (const auto [stop, error] = std::from_chars(text.data(), end, count);
+      error == std::errc() && stop == end)
+    return "";
+  double value = -1.0;
+  const auto [stop, error] = std::from_chars(text.data(), end, value);
+  constexpr double exact = 9007199254740992.0;  // 2^53
+  if (error != std::errc() || stop != end || !(value >= 0.0 && value <= exact)
+      || value != std::floor(value))
+    return fmt::format("expected a whole number such as 2000000 or 2e6, got '{}'", text);
+  text = fmt::format("{}", static_cast<std::uint64_t>(value));
+  return "";
+}
+
+/// An option that sets the scene's `key`. CLI11 handles options in the order of their definition,
+/// so these come after -D and win over it.
+void add_override(CLI::App& command, const std::string& flags, const std::string& key,
+                  std::vector<std::string>& overrides, const std::string& help) {
+  command
+      .add_option_function<std::string>(
+          flags,
+          [&overrides, key](const std::string& count) { overrides.push_back(key + "=" + count); },
+          help)
+      ->transform(CLI::Validator(plain_count, ""))
+      ->type_name("N");
+}
+
+void add_scene(CLI::App& command, std::string& scene, std::vector<std::string>& overrides) {
+  command.add_option("SCENE", scene, "Scene file (JSON)")->required()->type_name("");
+  command
+      .add_option("-D,--define", overrides, "Replaces a value of the scene, e.g. -D camera.fov=30")
+      ->type_name("PATH=VALUE")
+      ->allow_extra_args(false);
+}
+
+int run(int argc, char** argv) {
+  CLI::App app("Tyndall renders clouds, smoke and fog by shooting photons through them.",
+               "tyndall");
+  app.set_version_flag("--version", version(), "Prints the version and what was compiled in");
+  app.require_subcommand(0, 1);
+
+  RenderArguments arguments;
+  CLI::App* render = app.add_subcommand("render", "Renders a scene");
+  add_scene(*render, arguments.scene, arguments.overrides);
+  render
+      ->add_option("-o,--output", arguments.outputs,
+                   "Picture to write (" + known_formats() + "); may be repeated; SCENE's name "
+                   "in the current folder if not given")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  add_override(*render, "--photons", "photons.count", arguments.overrides, "Photons to shoot");
+  add_override(*render, "--samples", "gather.samples", arguments.overrides, "Samples per pixel");
+  add_override(*render, "-s,--seed", "seed", arguments.overrides, "Seed of the random numbers");
+  render->add_option("-t,--threads", arguments.threads, "Threads (0: all of the machine's)")
+      ->type_name("N")
+      ->check(CLI::Range(0, 4096).description(""));
+  render->add_option("--device", arguments.device, "cpu, cuda or cuda:N")->type_name("NAME");
+  render->add_option("--batch", arguments.batch, "Photons or samples at a time; changes no result")
+      ->type_name("N")
+      ->transform(CLI::Validator(plain_count, ""));
+  render->add_option("--report", arguments.report, "Writes the account of the run as JSON")
+      ->type_name("FILE");
+  render
+      ->add_option("--progress", arguments.progress,
+                   "auto (a bar on terminals), bar, plain or none")
+      ->type_name("STYLE")
+      ->check(CLI::IsMember({"auto", "bar", "plain", "none"}).description(""));
+  render->add_flag("--print-hash", arguments.print_hash,
+                   "Prints the hashes of tallies and pixels, equal on every machine");
+
+  CLI::App* validate = app.add_subcommand("validate", "Finds every error of a scene");
+  add_scene(*validate, arguments.scene, arguments.overrides);
+  CLI::App* schema = app.add_subcommand("schema", "Prints the JSON Schema of scenes");
+  CLI::App* defaults =
+      app.add_subcommand("defaults", "Prints every key of a scene with its default");
+  CLI::App* help = app.add_subcommand("help", "Prints this help, or that of a command");
+  std::string topic;
+  help->add_option("COMMAND", topic, "")
+      ->check(CLI::IsMember({"render", "validate", "schema", "defaults"}));
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::CallForHelp&) {
+    print(examples + app.help());
+    return 0;
+  } catch (const CLI::CallForVersion& call) {
+    print(call.what());
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    throw Error(ExitCode::usage, fmt::format("{} (see `tyndall help`)", error.what()));
+  }
+
+  if (app.get_subcommands().empty())
+    throw Error(ExitCode::usage, "a command is missing (see `tyndall help`)");
+  if (*render) render_command(arguments);
+  if (*validate) {
+    std::vector<std::string> warnings;
+    io::read_scene(arguments.scene, arguments.overrides, warnings);
+    for (const std::string& warning : warnings) say(fmt::format("tyndall: warning: {}\n", warning));
+    print(fmt::format("{}: valid\n", arguments.scene));
+  }
+  if (*schema) print(io::schema());
+  if (*defaults) print(io::defaults());
+  if (*help) {
+    app.clear();  // else CLI11 gives the help of `help`
+    print(examples + (topic.empty() ? app.help() : app.get_subcommand(topic)->help("tyndall")));
+  }
+  return 0;
+}
+
+int fail(ExitCode code, std::string_view message) {
+  // Messages about a scene start with the place in its file, for editors to jump to.
+  const char* prefix = code == ExitCode::scene_invalid ? "" : "tyndall: ";
+  say(fmt::format("{}{}\n", prefix, message));
+  return static_cast<int>(code);
+}
+
+}  // namespace
+}  // namespace tyndall::app
+
+int main(int argc, char** argv) {
+  using namespace tyndall;
+  try {
+    app::reserve_standard_streams();
+    return app::run(argc, argv);
+  } catch (const Stopped&) {
+    app::say("tyndall: stopped by a signal; nothing was written\n");
+    return 128 + app::caught_signal();
+  } catch (const Error& error) {
+    // A call that a signal cut short fails too; the signal is the reason.
+    const int code = app::fail(error.code(), error.what());
+    return app::caught_signal() != 0 ? 128 + app::caught_signal() : code;
+  } catch (const std::bad_alloc&) {
+    return app::fail(ExitCode::out_of_memory,
+                     "out of memory; lower camera.resolution or the resolutions of the grids");
+  } catch (const std::exception& error) {
+    return app::fail(ExitCode::internal, fmt::format("internal error: {}", error.what()));
+  }
+}

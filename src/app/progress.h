@@ -1,0 +1,40 @@
+/// \file
+/// How far a render is, on standard error.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "tyndall/render/render.h"
+
+namespace tyndall::app {
+
+enum class ProgressStyle {
+  none,
+  plain,  ///< one line every 10 % of a pass, for logs
+  bar,    ///< one line that is drawn over, for terminals
+};
+
+class ProgressMeter {
+ public:
+  explicit ProgressMeter(ProgressStyle style) : style_(style) {}
+  ~ProgressMeter() { clear(); }
+  ProgressMeter(const ProgressMeter&) = delete;
+  ProgressMeter& operator=(const ProgressMeter&) = delete;
+
+  void show(const Progress& progress);
+  /// Takes the bar off the terminal.
+  void clear();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  ProgressStyle style_;
+  std::string pass_;
+  Clock::time_point start_;  // of the pass
+  Clock::time_point drawn_;
+  int tenths_ = -1;  // the last line of `plain`
+  bool visible_ = false;
+};
+
+}  // namespace tyndall::app

@@ -1,0 +1,19 @@
+/// \file
+/// SIGINT, SIGTERM and SIGHUP.
+#pragma once
+
+namespace tyndall::app {
+
+/// From here on the first of the signals is noted, for the render to stop in order, and the second
+/// removes the temporaries and leaves at once. SIGPIPE is ignored: a closed pipe is an error of
+/// writing.
+void catch_signals();
+
+/// From here on the first of the signals leaves at once: what remains are a few renames, each of
+/// them whole.
+void leave_on_signal() noexcept;
+
+/// \return number of the signal that was noted, 0 for none.
+int caught_signal() noexcept;
+
+}  // namespace tyndall::app

@@ -1,0 +1,116 @@
+#include "io/exr.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <exception>
+
+#include <ImfChannelList.h>
+#include <ImfChromaticities.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfInputFile.h>
+#include <ImfOutputFile.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+#include <fmt/format.h>
+
+#include "tyndall/render/error.h"
+
+namespace tyndall::io {
+namespace {
+
+constexpr const char* channels[] = {"R", "G", "B", "A"};
+
+/// A file in memory: OpenEXR comes back at the end and fills in its table of offsets.
+class MemoryStream final : public Imf::OStream {
+ public:
+  MemoryStream() : OStream("memory") {}
+
+  void write(const char bytes[], int count) override {
+    const auto size = static_cast<std::size_t>(count);
+    bytes_.resize(std::max(bytes_.size(), position_ + size));
+    std::memcpy(bytes_.data() + position_, bytes, size);
+    position_ += size;
+  }
+  std::uint64_t tellp() override { return position_; }
+  void seekp(std::uint64_t position) override { position_ = position; }
+
+  std::string take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+  std::size_t position_ = 0;
+};
+
+/// `rgba` holds `width` pixels per row from the corner (left, top) of the data window on.
+Imf::FrameBuffer frame_buffer(float* rgba, int width, int left = 0, int top = 0) {
+  constexpr std::size_t pixel = 4 * sizeof(float);
+  const std::size_t row = pixel * static_cast<std::size_t>(width);
+  Imf::FrameBuffer buffer;
+  for (int c = 0; c < 4; ++c) {
+    // OpenEXR wants the address of pixel (0, 0), which may lie outside: integers, for pointers may
+    // not.
+    const std::uintptr_t origin = reinterpret_cast<std::uintptr_t>(rgba + c)
+                                  - static_cast<std::uintptr_t>(left) * pixel
+                                  - static_cast<std::uintptr_t>(top) * row;
+    buffer.insert(channels[c], Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(origin), pixel, row));
+  }
+  return buffer;
+}
+
+}  // namespace
+
+std::string encode_exr(const Picture& picture) {
+  Imf::Header header(picture.width, picture.height);
+  header.compression() = Imf::ZIP_COMPRESSION;
+  for (const char* channel : channels) header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
+  Imf::addChromaticities(header, Imf::Chromaticities());  // the default is Rec. 709 with D65
+  for (const auto& [key, value] : picture.provenance)
+    header.insert(key, Imf::StringAttribute(value));
+
+  MemoryStream stream;
+  {
+    Imf::OutputFile file(stream, header);
+    // OpenEXR's slices have no const; it only reads here.
+    file.setFrameBuffer(frame_buffer(const_cast<float*>(picture.rgba.data()), picture.width));
+    file.writePixels(picture.height);
+  }  // writes the table of offsets
+  return stream.take();
+}
+
+Picture read_exr(const std::string& path) {
+  try {
+    Imf::InputFile file(path.c_str());
+    const Imf::Header& header = file.header();
+    for (const char* channel : channels)
+      if (header.channels().findChannel(channel) == nullptr)
+        throw Error(ExitCode::input_missing, fmt::format("{}: has no channel {}", path, channel));
+
+    const auto& window = header.dataWindow();
+    Picture picture;
+    picture.width = window.max.x - window.min.x + 1;
+    picture.height = window.max.y - window.min.y + 1;
+    picture.rgba.resize(4 * static_cast<std::size_t>(picture.width)
+                        * static_cast<std::size_t>(picture.height));
+    file.setFrameBuffer(
+        frame_buffer(picture.rgba.data(), picture.width, window.min.x, window.min.y));
+    file.readPixels(window.min.y, window.max.y);
+    for (auto it = header.begin(); it != header.end(); ++it) {
+      const auto* text = dynamic_cast<const Imf::StringAttribute*>(&it.attribute());
+      const std::string key = it.name();
+      if (text != nullptr && key.rfind("tyndall.", 0) == 0)
+        picture.provenance.emplace_back(key, text->value());
+    }
+    return picture;
+  } catch (const Error&) {
+    throw;
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw Error(ExitCode::input_missing, fmt::format("{}: cannot be read: {}", path, error.what()));
+  }
+}
+
+}  // namespace tyndall::io

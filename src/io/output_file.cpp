@@ -1,0 +1,198 @@
+#include "io/output_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cerrno>
+#include <charconv>
+#include <climits>
+#include <cstring>
+#include <filesystem>
+#include <optional>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "tyndall/render/error.h"
+
+namespace tyndall::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void fail(const std::string& path, const std::string& reason) {
+  throw Error(ExitCode::output_failed, fmt::format("{}: cannot be written: {}", path, reason));
+}
+
+[[noreturn]] void fail(const std::string& path, const char* step, int error) {
+  fail(path, fmt::format("{}: {}", step, std::generic_category().message(error)));
+}
+
+// ---- Temporaries that a signal handler can find: no allocation, no locks. ----
+
+struct Slot {
+  std::atomic<int> state{0};  // 0 free, 1 being filled, 2 filled
+  std::array<char, PATH_MAX> path{};
+};
+static_assert(std::atomic<int>::is_always_lock_free);
+
+std::array<Slot, 16> slots;
+
+/// \return slot, or -1 where there is none: then a second signal leaves the temporary behind,
+/// nothing worse.
+int remember(const std::string& temporary) {
+  if (temporary.size() >= PATH_MAX) return -1;
+  for (std::size_t i = 0; i < slots.size(); ++i) {
+    int expected = 0;
+    if (!slots[i].state.compare_exchange_strong(expected, 1)) continue;
+    std::memcpy(slots[i].path.data(), temporary.c_str(), temporary.size() + 1);
+    slots[i].state = 2;
+    return static_cast<int>(i);
+  }
+  return -1;
+}
+
+void forget(int slot) {
+  if (slot >= 0) slots[static_cast<std::size_t>(slot)].state = 0;
+}
+
+// ---- Targets. ----
+
+/// The descriptor that /dev/stdout, /dev/stderr or /dev/fd/N stand for. Opening those by name
+/// would, with standard output sent to a file, start again at its beginning.
+std::optional<int> named_descriptor(std::string_view path) {
+  if (path == "/dev/stdout") return STDOUT_FILENO;
+  if (path == "/dev/stderr") return STDERR_FILENO;
+  constexpr std::string_view prefix = "/dev/fd/";
+  if (path.substr(0, prefix.size()) != prefix) return std::nullopt;
+  int descriptor = -1;
+  const char* end = path.data() + path.size();
+  const auto [stop, error] = std::from_chars(path.data() + prefix.size(), end, descriptor);
+  if (error != std::errc() || stop != end) return std::nullopt;
+  return descriptor;
+}
+
+/// Follows links to their end, which need not exist.
+std::string follow_links(const std::string& path) {
+  fs::path place = path;
+  std::error_code error;
+  for (int links = 0; fs::is_symlink(fs::symlink_status(place, error)); ++links) {
+    if (links == 40) fail(path, "too many symbolic links");
+    const fs::path next = fs::read_symlink(place, error);
+    if (error) fail(path, "reading the symbolic link", error.value());
+    place = place.parent_path() / next;  // an absolute `next` stands alone
+  }
+  return place.string();
+}
+
+std::string folder_of(const std::string& target) {
+  const std::string folder = fs::path(target).parent_path().string();
+  return folder.empty() ? "." : folder;
+}
+
+/// close() loses the descriptor even where it reports an error.
+int close_once(int& descriptor) { return ::close(std::exchange(descriptor, -1)); }
+
+}  // namespace
+
+OutputFile::OutputFile(std::string path) : path_(std::move(path)) {
+  if (path_.empty()) fail("''", "the name is empty");
+  if (const auto descriptor = named_descriptor(path_)) {
+    descriptor_ = ::fcntl(*descriptor, F_DUPFD_CLOEXEC, 3);
+    if (descriptor_ < 0) fail(path_, "opening", errno);
+    return;
+  }
+  target_ = follow_links(path_);
+  struct stat old {};
+  const bool exists = ::stat(target_.c_str(), &old) == 0;
+  if (!exists && errno == ENOENT && target_.back() == '/')
+    fail(path_, "this names a folder, not a file");
+  if (!exists && errno != ENOENT) fail(path_, "looking at it", errno);
+  if (exists && S_ISDIR(old.st_mode)) fail(path_, "it is a folder");
+  if (exists && !S_ISREG(old.st_mode)) {
+    descriptor_ = ::open(target_.c_str(), O_WRONLY | O_CLOEXEC | O_NOCTTY);
+    if (descriptor_ < 0) fail(path_, "opening", errno);
+    return;
+  }
+  // A rename would replace a write-protected file all the same; whoever protected it did not want
+  // that.
+  if (exists && ::access(target_.c_str(), W_OK) != 0) fail(path_, "the existing file", errno);
+  open_temporary(folder_of(target_), exists ? old.st_mode & 07777u : 0666u, exists);
+}
+
+OutputFile::OutputFile(OutputFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      target_(std::move(other.target_)),
+      temporary_(std::exchange(other.temporary_, {})),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      slot_(std::exchange(other.slot_, -1)) {}
+
+OutputFile::~OutputFile() { abandon(); }
+
+void OutputFile::open_temporary(const std::string& folder, unsigned mode, bool keep_mode) {
+  static std::atomic<unsigned> count{0};
+  std::string name;
+  do {  // a short name, so that it fits wherever the target's does; another machine may have the
+        // same process id
+    name = fmt::format("{}/.tyndall-{}-{}.tmp", folder, ::getpid(), count++);
+    descriptor_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
+  } while (descriptor_ < 0 && (errno == EEXIST || errno == EINTR));
+  if (descriptor_ < 0 && errno == ENOENT)
+    fail(path_, fmt::format("the folder '{}' does not exist", folder));
+  if (descriptor_ < 0) fail(path_, fmt::format("creating a file in '{}'", folder).c_str(), errno);
+  temporary_ = std::move(name);
+  slot_ = remember(temporary_);
+  // What the umask took away from the mode of an old file. Some file systems have no modes: no
+  // harm.
+  if (keep_mode) static_cast<void>(::fchmod(descriptor_, mode));
+}
+
+void OutputFile::write(std::string_view bytes) {
+  constexpr std::size_t most = std::size_t{1} << 30;  // Linux writes less than 2 GiB at once
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor_, bytes.data(), std::min(bytes.size(), most));
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) fail(path_, "writing", written < 0 ? errno : EIO);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+void OutputFile::commit() {
+  if (temporary_.empty()) {
+    if (close_once(descriptor_) != 0) fail(path_, "closing", errno);
+    return;
+  }
+  if (::fsync(descriptor_) != 0) fail(path_, "syncing", errno);
+  if (close_once(descriptor_) != 0)
+    fail(path_, "closing", errno);  // where NFS tells of a full disk
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(path_, "renaming", errno);
+  temporary_.clear();
+  forget(std::exchange(slot_, -1));
+
+  // Until the folder is synced a power failure may bring the old file back.
+  int folder = ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (folder < 0)
+    return;  // a folder that may be written but not read (mode 0300): nothing more can be done
+  const int error = ::fsync(folder) == 0 ? 0 : errno;
+  close_once(folder);
+  if (error != 0 && error != EINVAL) fail(path_, "syncing its folder", error);
+}
+
+void OutputFile::abandon() noexcept {
+  if (descriptor_ >= 0) close_once(descriptor_);
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+  temporary_.clear();
+  forget(std::exchange(slot_, -1));
+}
+
+void remove_temporaries() noexcept {
+  for (const Slot& slot : slots)
+    if (slot.state == 2) ::unlink(slot.path.data());
+}
+
+}  // namespace tyndall::io

@@ -1,0 +1,258 @@
+#include "io/report.h"
+
+#include <cmath>
+#include <cstdint>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace tyndall::io {
+namespace {
+
+using Count = Ledger::Count;
+
+std::string hex(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
+
+double ratio(double part, double whole) { return whole == 0.0 ? 0.0 : part / whole; }
+
+/// What went in and where it ended, in photons or in units of one channel's power.
+struct Balance {
+  Count shot = 0, missed = 0, escaped = 0, absorbed = 0, rouletted = 0, stalled = 0;
+
+  bool closes() const { return shot == missed + escaped + absorbed + rouletted + stalled; }
+};
+
+Balance photon_balance(const Ledger& ledger) {
+  Balance sum{ledger.shot, ledger.missed, 0, 0, ledger.rouletted, ledger.stalled};
+  for (Count face : ledger.escaped) sum.escaped += face;
+  for (Count component : ledger.absorbed) sum.absorbed += component;
+  return sum;
+}
+
+Balance power_balance(const Ledger& ledger, int channel) {
+  Balance sum{ledger.shot_power[channel],     ledger.missed_power[channel], 0, 0,
+              ledger.roulette_power[channel], ledger.stalled_power[channel]};
+  for (const auto& face : ledger.escaped_power) sum.escaped += face[channel];
+  for (const auto& component : ledger.absorbed_power) sum.absorbed += component[channel];
+  return sum;
+}
+
+bool power_closes(const Ledger& ledger) {
+  return power_balance(ledger, 0).closes() && power_balance(ledger, 1).closes()
+         && power_balance(ledger, 2).closes();
+}
+
+/// \return [W] of `units` of the ledger's power.
+double watt(const RenderResult& result, Count units) {
+  return std::ldexp(static_cast<double>(units), -24) * result.photon_power;
+}
+
+std::string audit_text(const Audit& audit) {
+  const auto tentative = static_cast<double>(audit.tentative);
+  const auto real = static_cast<double>(audit.real);
+  return fmt::format(
+      "{:.3g} % virtual collisions, {:.3g} look-ups per real one, {:.3g} cells per flight",
+      100 * ratio(tentative - real, tentative), ratio(static_cast<double>(audit.lookups), real),
+      ratio(static_cast<double>(audit.cells), static_cast<double>(audit.flights)));
+}
+
+// ---- Facts, once, for header and file. ----
+
+/// \return `text` as JSON.
+std::string quoted(std::string_view text) {
+  std::string json = "\"";
+  for (char c : text) {
+    if (c == '"' || c == '\\')
+      json += {'\\', c};
+    else if (static_cast<unsigned char>(c) < 0x20)
+      json += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+    else
+      json += c;
+  }
+  return json + '"';
+}
+
+struct Fact {
+  std::string key;
+  std::string value;
+  bool is_text = false;  // else the value is JSON
+
+  std::string json() const { return is_text ? quoted(value) : value; }
+};
+
+template <class List>
+std::string list(const List& values) {
+  return fmt::format("[{}]", fmt::join(values, ", "));
+}
+
+std::string watts(const RenderResult& result, const Count (&units)[3]) {
+  const double channels[] = {watt(result, units[0]), watt(result, units[1]),
+                             watt(result, units[2])};
+  return list(channels);
+}
+
+/// \return a list for the first `count` of faces or components.
+template <std::size_t n>
+std::string watts(const RenderResult& result, const Count (&units)[n][3], std::size_t count) {
+  std::vector<std::string> lists;
+  for (std::size_t i = 0; i < count; ++i) lists.push_back(watts(result, units[i]));
+  return list(lists);
+}
+
+/// "audit.shoot.real" and the like. Keys stay below 32 characters with "tyndall." before them:
+/// longer ones make an EXR file that old readers refuse.
+void add_audit(std::vector<Fact>& facts, const char* pass, const Audit& audit) {
+  const std::pair<const char*, Count> counts[] = {
+      {"flights", audit.flights}, {"cells", audit.cells},     {"tentative", audit.tentative},
+      {"real", audit.real},       {"lookups", audit.lookups}, {"violations", audit.violations}};
+  facts.push_back({fmt::format("audit.{}", pass), audit_text(audit), true});
+  for (const auto& [name, count] : counts)
+    facts.push_back({fmt::format("audit.{}.{}", pass, name), fmt::format("{}", count)});
+}
+
+std::vector<Fact> facts_of(const Scene& scene, const RenderResult& result) {
+  const Ledger& ledger = result.ledger;
+  const auto components = scene.medium.components.size();
+  const auto number = [](auto value) { return fmt::format("{}", value); };
+  const std::vector<Count> absorbed(ledger.absorbed, ledger.absorbed + components);
+  std::vector<std::string> warnings;
+  for (const std::string& warning : result.warnings) warnings.push_back(quoted(warning));
+
+  std::vector<Fact> facts{
+      {"version", TYNDALL_VERSION, true},
+      {"arithmetic_version", number(arithmetic_version)},
+      {"scene_hash", hex(scene_hash(scene)), true},
+      {"seed", number(scene.seed)},
+      {"photons", number(scene.photons)},
+      {"samples", number(scene.samples)},
+      {"hash.tallies", hex(result.hashes.tallies), true},
+      {"hash.pixels", hex(result.hashes.pixels), true},
+      {"ledger.count.shot", number(ledger.shot)},
+      {"ledger.count.missed", number(ledger.missed)},
+      {"ledger.count.escaped", list(ledger.escaped)},
+      {"ledger.count.absorbed", list(absorbed)},
+      {"ledger.count.rouletted", number(ledger.rouletted)},
+      {"ledger.count.stalled", number(ledger.stalled)},
+      {"ledger.count.closes", number(photon_balance(ledger).closes())},
+      {"ledger.watt.shot", watts(result, ledger.shot_power)},
+      {"ledger.watt.missed", watts(result, ledger.missed_power)},
+      {"ledger.watt.escaped", watts(result, ledger.escaped_power, 6)},
+      {"ledger.watt.absorbed", watts(result, ledger.absorbed_power, components)},
+      {"ledger.watt.roulette", watts(result, ledger.roulette_power)},
+      {"ledger.watt.stalled", watts(result, ledger.stalled_power)},
+      {"ledger.watt.closes", number(power_closes(ledger))},
+      {"ledger.watt.unshot", list(result.unshot_power)},
+  };
+  add_audit(facts, "shoot", result.shoot);
+  add_audit(facts, "gather", result.gather);
+  facts.push_back({"clamped", number(result.clamped)});
+  facts.push_back({"warnings", list(warnings)});
+  return facts;
+}
+
+// ---- Lines for people. ----
+
+/// \return "870", "870 k", "8.7 M": three digits are enough for a speed.
+std::string short_number(double value) {
+  if (value >= 1e9) return fmt::format("{:.3g} G", value * 1e-9);
+  if (value >= 1e6) return fmt::format("{:.3g} M", value * 1e-6);
+  if (value >= 1e3) return fmt::format("{:.3g} k", value * 1e-3);
+  return fmt::format("{:.3g}", value);
+}
+
+std::string balance_line(const double (&shares)[5], bool closes) {
+  return fmt::format(
+      "{:.3g} % missed, {:.3g} % escaped, {:.3g} % absorbed, {:.3g} % roulette, {:.3g} % stalled; "
+      "{}\n",
+      100 * shares[0], 100 * shares[1], 100 * shares[2], 100 * shares[3], 100 * shares[4],
+      closes ? "the account closes" : "THE ACCOUNT DOES NOT CLOSE");
+}
+
+std::string photon_line(const Ledger& ledger) {
+  const Balance sum = photon_balance(ledger);
+  const auto share = [&](Count part) {
+    return ratio(static_cast<double>(part), static_cast<double>(sum.shot));
+  };
+  return fmt::format("photons  {} shot: ", sum.shot)
+         + balance_line({share(sum.missed), share(sum.escaped), share(sum.absorbed),
+                         share(sum.rouletted), share(sum.stalled)},
+                        sum.closes());
+}
+
+/// Of all channels together: the channels apart are in the report.
+std::string power_line(const RenderResult& result) {
+  double shot = 0, shares[5] = {};
+  for (int channel = 0; channel < 3; ++channel) {
+    const Balance sum = power_balance(result.ledger, channel);
+    const Count parts[5] = {sum.missed, sum.escaped, sum.absorbed, sum.rouletted, sum.stalled};
+    shot += watt(result, sum.shot);
+    for (int i = 0; i < 5; ++i) shares[i] += watt(result, parts[i]);
+  }
+  for (double& share : shares) share = ratio(share, shot);
+  const double unshot = result.unshot_power[0] + result.unshot_power[1] + result.unshot_power[2];
+  const std::string passing =
+      unshot > 0 ? fmt::format(" ({:.4g} W more pass by the medium)", unshot) : "";
+  return fmt::format("power    {:.4g} W shot{}: ", shot, passing)
+         + balance_line(shares, power_closes(result.ledger));
+}
+
+double photons_per_second(const RenderResult& result) {
+  return ratio(static_cast<double>(result.ledger.shot), result.seconds.photons);
+}
+
+/// Samples of pixels.
+double samples_per_second(const Scene& scene, const RenderResult& result) {
+  const double pixels = static_cast<double>(scene.camera.resolution[0])
+                        * static_cast<double>(scene.camera.resolution[1]);
+  return ratio(pixels * static_cast<double>(scene.samples), result.seconds.pixels);
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> provenance(const Scene& scene,
+                                                            const RenderResult& result) {
+  std::vector<std::pair<std::string, std::string>> pairs;
+  for (const Fact& fact : facts_of(scene, result))
+    pairs.emplace_back("tyndall." + fact.key, fact.value);
+  return pairs;
+}
+
+std::string report_json(const Run& run) {
+  const PassSeconds& seconds = run.result.seconds;
+  const auto number = [](double value) { return fmt::format("{:.6g}", value); };
+  std::vector<Fact> facts = facts_of(run.scene, run.result);
+  facts.insert(facts.end(),
+               {{"scene", run.scene_path, true},
+                {"device", run.device, true},
+                {"seconds.bounds", number(seconds.bounds)},
+                {"seconds.photons", number(seconds.photons)},
+                {"seconds.matter", number(seconds.matter)},
+                {"seconds.pixels", number(seconds.pixels)},
+                {"photons_per_second", number(photons_per_second(run.result))},
+                {"samples_per_second", number(samples_per_second(run.scene, run.result))}});
+  std::vector<std::string> members;
+  for (const Fact& fact : facts)
+    members.push_back(fmt::format("  {}: {}", quoted(fact.key), fact.json()));
+  return fmt::format("{{\n{}\n}}\n", fmt::join(members, ",\n"));
+}
+
+std::string report_lines(const Run& run) {
+  const RenderResult& result = run.result;
+  const PassSeconds& seconds = result.seconds;
+  std::string lines = fmt::format(
+      "time     bounds {:.2f} s, photons {:.2f} s ({}/s), matter {:.2f} s, pixels {:.2f} s ({} "
+      "samples/s)\n",
+      seconds.bounds, seconds.photons, short_number(photons_per_second(result)), seconds.matter,
+      seconds.pixels, short_number(samples_per_second(run.scene, result)));
+  lines += photon_line(result.ledger) + power_line(result);
+  const Audit::Count violations = result.shoot.violations + result.gather.violations;
+  lines += fmt::format("bounds   {} violations; photons: {}\n         pixels: {}\n", violations,
+                       audit_text(result.shoot), audit_text(result.gather));
+  if (result.clamped > 0) lines += fmt::format("film     {} samples clamped\n", result.clamped);
+  lines += fmt::format("hash     tallies {:016x} pixels {:016x} scene {:016x}\n",
+                       result.hashes.tallies, result.hashes.pixels, scene_hash(run.scene));
+  return lines;
+}
+
+}  // namespace tyndall::io

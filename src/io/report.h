@@ -1,0 +1,33 @@
+/// \file
+/// What a run has to say about itself: for people, for programs, for the picture's header.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tyndall/render/render.h"
+
+namespace tyndall::io {
+
+struct Run {
+  const Scene& scene;
+  const RenderResult& result;
+  std::string scene_path;
+  std::string device;  ///< "cpu", "cuda:0"
+};
+
+/// \return the facts of the run that are the same on every machine, as keys
+/// ("tyndall.ledger.count.shot") and values (text, or JSON) for Picture::provenance. Times are
+/// not among them, so that equal runs give equal files.
+std::vector<std::pair<std::string, std::string>> provenance(const Scene& scene,
+                                                            const RenderResult& result);
+
+/// \return a JSON object with the same keys (without "tyndall."), and the scene file, the device
+/// and the times.
+std::string report_json(const Run& run);
+
+/// \return the account in a few lines for people.
+std::string report_lines(const Run& run);
+
+}  // namespace tyndall::io

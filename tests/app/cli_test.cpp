@@ -1,0 +1,291 @@
+// Drives the executable as a person or a script does: exit codes, streams, files, signals.
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using Clock = std::chrono::steady_clock;
+
+struct Outcome {
+  int code = -1;  // -1: ended by a signal or by this test's patience
+  std::string out, err;
+};
+
+std::string contents(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::size_t count_lines(const std::string& text) {
+  return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
+}
+
+class CliTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    const char* binary = std::getenv("TYNDALL_BINARY");
+    if (binary == nullptr) GTEST_SKIP() << "TYNDALL_BINARY is not set";
+    binary_ = binary;
+    std::string name = fs::temp_directory_path() / "tyndall-XXXXXX";
+    ASSERT_NE(::mkdtemp(name.data()), nullptr);
+    scratch_ = name;
+    folder_ = scratch_ / "work";
+    fs::create_directory(folder_);
+    std::ofstream(folder_ / "scene.json") << R"({
+      "tyndall": 1,
+      "medium": {"components": [{"field": {"type": "homogeneous"}, "extinction": 2, "albedo": [0.9, 0.9, 0.9]}]},
+      "lights": [{"type": "point", "position": [1.5, 1.8, -0.5], "power": [100, 100, 100]}],
+      "camera": {"resolution": [16, 16]},
+      "photons": {"count": 1000, "illumination": {"resolution": 8}},
+      "gather": {"samples": 1}
+    })";
+    exr_ = run({"--version"}).out.find(".exr") != std::string::npos;
+    picture_ = exr_ ? "scene.exr" : "scene.pfm";
+  }
+  void TearDown() override {
+    if (!scratch_.empty()) fs::remove_all(scratch_);
+  }
+
+  /// Starts the executable in folder_; its streams go to files beside that.
+  pid_t start(std::vector<std::string> arguments, const char* out = nullptr) const {
+    arguments.insert(arguments.begin(), binary_);
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const std::string out_path = out != nullptr ? out : (scratch_ / "out").string();
+    const std::string err_path = scratch_ / "err";
+    fs::remove(err_path);  // what the last command said
+    const pid_t child = ::fork();
+    if (child != 0) return child;
+    const auto send = [](const std::string& path, int stream) {
+      ::dup2(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600), stream);
+    };
+    send(out_path, STDOUT_FILENO);
+    send(err_path, STDERR_FILENO);
+    std::signal(SIGINT, SIG_DFL);  // a shell may have started the test in the background
+    if (::chdir(folder_.c_str()) == 0) ::execv(argv[0], argv.data());
+    ::_exit(127);
+  }
+
+  Outcome wait(pid_t child, Clock::duration patience = 60s) const {
+    const auto end = Clock::now() + patience;
+    int status = 0;
+    while (::waitpid(child, &status, WNOHANG) == 0) {
+      if (Clock::now() > end) {
+        ADD_FAILURE() << "still running";
+        ::kill(child, SIGKILL);
+        ::waitpid(child, &status, 0);
+        return {};
+      }
+      std::this_thread::sleep_for(2ms);
+    }
+    return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, contents(scratch_ / "out"),
+            contents(scratch_ / "err")};
+  }
+
+  Outcome run(const std::vector<std::string>& arguments, const char* out = nullptr) const {
+    return wait(start(arguments, out));
+  }
+
+  /// The command fails with `code` and one line that holds `text`, prints nothing and leaves no
+  /// file.
+  void expect_error(const std::vector<std::string>& arguments, int code, const std::string& text) {
+    SCOPED_TRACE(testing::PrintToString(arguments));
+    const auto before = names();
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.code, code) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(count_lines(outcome.err), 1u) << outcome.err;
+    EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
+    EXPECT_EQ(names(), before);
+  }
+
+  /// Of the files in folder_.
+  std::set<std::string> names() const {
+    std::set<std::string> names;
+    for (const auto& entry : fs::directory_iterator(folder_)) names.insert(entry.path().filename());
+    return names;
+  }
+
+  /// Starts a render that would take hours, and waits until its outputs are open and its work has
+  /// begun.
+  pid_t start_long_render(const std::string& output) const {
+    const pid_t child = start(
+        {"render", "scene.json", "-o", output, "--photons", "100000000000", "--progress", "plain"});
+    for (int i = 0; i < 5000 && contents(scratch_ / "err").find("photons") == std::string::npos;
+         ++i)
+      std::this_thread::sleep_for(2ms);
+    return child;
+  }
+
+  std::string binary_, picture_;
+  fs::path scratch_, folder_;
+  bool exr_ = false;
+};
+
+TEST_F(CliTest, PrintsWhatItIsAskedForOnStandardOutput) {
+  for (const char* what : {"--version", "--help", "help", "schema", "defaults"}) {
+    const Outcome outcome = run({what});
+    EXPECT_EQ(outcome.code, 0) << what;
+    EXPECT_NE(outcome.out, "") << what;
+    EXPECT_EQ(outcome.err, "") << what;
+  }
+  EXPECT_EQ(run({"--version"}).out.substr(0, 8), "tyndall ");
+  EXPECT_EQ(run({"--help"}).out.substr(0, 9), "Examples:");
+  const Outcome help = run({"help", "render"});
+  EXPECT_NE(help.out.find("--print-hash"), std::string::npos);
+  EXPECT_EQ(help.out, run({"render", "--help"}).out);
+}
+
+TEST_F(CliTest, StartsAtOnce) {
+  run({"--version"});  // from the disk
+  auto best = Clock::duration::max();
+  for (int i = 0; i < 5; ++i) {
+    const auto start = Clock::now();
+    run({"--version"});
+    best = std::min(best, Clock::now() - start);
+  }
+  EXPECT_LT(best, 100ms);
+}
+
+TEST_F(CliTest, FailsWhereStandardOutputIsFull) {
+  const Outcome outcome = run({"schema"}, "/dev/full");
+  EXPECT_EQ(outcome.code, 5);
+  EXPECT_NE(outcome.err.find("No space left"), std::string::npos) << outcome.err;
+}
+
+TEST_F(CliTest, RefusesWrongCommandLines) {
+  expect_error({}, 2, "tyndall help");
+  expect_error({"rendre", "scene.json"}, 2, "rendre");
+  expect_error({"render"}, 2, "SCENE");
+  expect_error({"render", "scene.json", "--colour"}, 2, "--colour");
+  expect_error({"render", "scene.json", "--photons", "many"}, 2, "2e6");
+  expect_error({"render", "scene.json", "--photons", "1.5"}, 2, "2e6");
+  expect_error({"render", "scene.json", "-s", "-1"}, 2, "whole number");
+  expect_error({"render", "scene.json", "-t", "-1"}, 2, "threads");
+  expect_error({"render", "scene.json", "--progress", "dots"}, 2, "plain");
+  expect_error({"render", "scene.json", "--device", "gpu"}, 2, "cuda:N");
+  expect_error({"render", "scene.json", "-o", "picture.tiff"}, 2, ".pfm");
+  expect_error({"render", "scene.json", "-o", "picture"}, 2, ".pfm");
+  expect_error({"render", "scene.json", "-o", "a.pfm", "-o", "./a.pfm"}, 2, "twice");
+  expect_error({"render", "scene.json", "--report", "scene.json"}, 2, "scene itself");
+}
+
+TEST_F(CliTest, FindsBadInputAndOutputBeforeItRenders) {
+  const std::string hours = "100000000000";  // photons: these would not come back in time
+  expect_error({"render", "none.json", "--photons", hours}, 4, "none.json");
+  expect_error({"render", "scene.json", "--photons", "0"}, 3, "photons.count");
+  expect_error({"render", "scene.json", "--photons", hours, "-o", "none/a.pfm"}, 5, "none/a.pfm");
+  fs::create_directory(folder_ / "folder.pfm");
+  expect_error({"render", "scene.json", "--photons", hours, "-o", "folder.pfm"}, 5, "folder");
+  expect_error({"render", "scene.json", "--photons", hours, "--report", "none/r.json"}, 5, "none");
+  expect_error({"validate", "none.json"}, 4, "none.json");
+}
+
+TEST_F(CliTest, ValidatesScenes) {
+  const Outcome outcome = run({"validate", "scene.json", "-D", "camera.fov=30"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "scene.json: valid\n");
+  EXPECT_EQ(run({"validate", "scene.json", "-D", "camera.fov=-30"}).code, 3);
+}
+
+TEST_F(CliTest, RendersAndKeepsItsStreamsApart) {
+  const Outcome outcome = run({"render", "scene.json", "--print-hash", "--report", "report.json"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  const auto hash = [&](std::size_t begin) {
+    const std::string digits = outcome.out.substr(begin, 16);
+    return digits.find_first_not_of("0123456789abcdef") == std::string::npos ? "HASH" : digits;
+  };
+  ASSERT_EQ(outcome.out.size(), 49u) << outcome.out;
+  EXPECT_EQ(outcome.out.substr(0, 8) + hash(8) + outcome.out.substr(24, 8) + hash(32) + "\n",
+            "tallies HASH pixels HASH\n");
+  EXPECT_NE(outcome.err.find("the account closes"), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find('\r'), std::string::npos) << "a bar without a terminal";
+  EXPECT_EQ(names(), (std::set<std::string>{"report.json", picture_, "scene.json"}));
+  const std::string report = contents(folder_ / "report.json");
+  EXPECT_NE(report.find(outcome.out.substr(8, 16)), std::string::npos) << report;
+}
+
+TEST_F(CliTest, WritesTheSameBytesForTheSameSeed) {
+  std::vector<std::string> arguments{"render", "scene.json", "-o", "1.pfm", "--photons", "2e3"};
+  if (exr_) arguments.insert(arguments.end(), {"-o", "1.exr"});
+  ASSERT_EQ(run(arguments).code, 0);
+  for (std::string& argument : arguments)
+    if (argument.substr(0, 2) == "1.") argument[0] = '2';
+  arguments.insert(arguments.end(), {"-t", "3", "--batch", "77"});
+  ASSERT_EQ(run(arguments).code, 0);
+  EXPECT_TRUE(contents(folder_ / "1.pfm") == contents(folder_ / "2.pfm"));
+  EXPECT_TRUE(contents(folder_ / "1.exr") == contents(folder_ / "2.exr"));
+  ASSERT_EQ(run({"render", "scene.json", "-o", "3.pfm", "--photons", "2000", "-s", "9"}).code, 0);
+  EXPECT_TRUE(contents(folder_ / "1.pfm") != contents(folder_ / "3.pfm"));
+}
+
+TEST_F(CliTest, WritesPreviews) {
+  if (run({"--version"}).out.find(".png") == std::string::npos)
+    GTEST_SKIP() << "this build has no OpenImageIO";
+  const Outcome outcome = run({"render", "scene.json", "-o", "a.png"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  const std::string first = contents(folder_ / "a.png");
+  EXPECT_EQ(first.substr(1, 3), "PNG");
+  ASSERT_EQ(run({"render", "scene.json", "-o", "a.png"}).code, 0);
+  EXPECT_TRUE(contents(folder_ / "a.png") == first);
+}
+
+TEST_F(CliTest, ReportsProgressInLinesWhereAskedTo) {
+  const Outcome outcome = run({"render", "scene.json", "--progress", "plain"});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_NE(outcome.err.find("photons  100 %"), std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find('\r'), std::string::npos);
+}
+
+TEST_F(CliTest, KeepsTheOtherOutputsWhereOneFails) {
+  const Outcome outcome = run({"render", "scene.json", "--report", "/dev/full"});
+  EXPECT_EQ(outcome.code, 5);
+  EXPECT_NE(outcome.err.find("/dev/full"), std::string::npos) << outcome.err;
+  EXPECT_EQ(names(), (std::set<std::string>{picture_, "scene.json"}));
+}
+
+TEST_F(CliTest, StopsWithinASecondAndLeavesTheOldFile) {
+  for (const auto& [signal, code] : {std::pair(SIGINT, 130), std::pair(SIGTERM, 143)}) {
+    std::ofstream(folder_ / "a.pfm") << "old";
+    const pid_t child = start_long_render("a.pfm");
+    EXPECT_EQ(names().size(), 3u) << "the temporary is open";
+    ::kill(child, signal);
+    EXPECT_EQ(wait(child, 1s).code, code);
+    EXPECT_EQ(contents(folder_ / "a.pfm"), "old");
+    EXPECT_EQ(names(), (std::set<std::string>{"a.pfm", "scene.json"}));
+  }
+}
+
+TEST_F(CliTest, LeavesAtOnceAtTheSecondSignal) {
+  const pid_t child = start_long_render("a.pfm");
+  ::kill(child, SIGTERM);
+  ::kill(child, SIGINT);
+  const int code = wait(child, 1s).code;
+  EXPECT_TRUE(code == 130 || code == 143) << code;
+  EXPECT_EQ(names(), std::set<std::string>{"scene.json"});
+}
+
+TEST_F(CliTest, HasNoCudaDeviceWhereThereIsNone) {
+  const Outcome outcome = run({"render", "scene.json", "--device", "cuda:99"});
+  EXPECT_EQ(outcome.code, 7);
+  EXPECT_EQ(count_lines(outcome.err), 1u) << outcome.err;
+}
+
+}  // namespace
