@@ -30,23 +30,24 @@ class CpuBackend final : public Backend {
   }
 
   void shoot(IndexRange photons) override {
-    visit([&](const auto& medium, const auto& sampler) {
+    visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
       run(photons, 64, [&](Account* account) {
-        return ShootPass{medium,
-                         sampler,
-                         Lights{scene_->emitters.data(), static_cast<int>(scene_->emitters.size())},
-                         scene_->seed,
-                         IlluminationTally{scene_->cells, illumination_.data()},
-                         account};
+        return ShootPass<Medium, Sampler>{
+            medium,
+            sampler,
+            Lights{scene_->emitters.data(), static_cast<int>(scene_->emitters.size())},
+            scene_->seed,
+            IlluminationTally{scene_->cells, illumination_.data()},
+            account};
       });
     });
   }
 
   void measure_matter(IndexRange cells) override {
     std::visit(
-        [&](const auto& medium) {
+        [&]<class Medium>(const Medium& medium) {
           run(cells, 64, [&](Account*) {
-            return MatterPass{
+            return MatterPass<Medium>{
                 medium,         scene_->seed,         scene_->cells, scene_->cell_size,
                 scene_->strata, scene_->matter_scale, matter_.data()};
           });
@@ -69,17 +70,18 @@ class CpuBackend final : public Backend {
   }
 
   void gather(IndexRange samples) override {
-    visit([&](const auto& medium, const auto& sampler) {
+    visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
       run(samples, 256, [&](Account* account) {
-        return GatherPass{medium,
-                          sampler,
-                          scene_->camera,
-                          field_,
-                          scene_->background,
-                          scene_->seed,
-                          Film{scene_->film_width, scene_->film_height, scene_->film_unit,
-                               film_.pixels.data(), &film_.clamped},
-                          account};
+        return GatherPass<Medium, Sampler>{
+            medium,
+            sampler,
+            scene_->camera,
+            field_,
+            scene_->background,
+            scene_->seed,
+            Film{scene_->film_width, scene_->film_height, scene_->film_unit, film_.pixels.data(),
+                 &film_.clamped},
+            account};
       });
     });
   }

@@ -61,7 +61,7 @@ inline constexpr Range albedo{"a number", 0, 1};
 inline constexpr Range g{"a number", -0.999, 0.999};
 inline constexpr Range light{"a number", 0, 1e18};  // of power, irradiance and radiance
 inline constexpr Range fov{"degrees", 0, 180, true};
-inline constexpr Range angle{"degrees", -1e6, 1e6};
+inline constexpr Range angle{"a number of degrees", -1e6, 1e6};
 inline constexpr Range factor{"a number", -1e9, 1e9};  // of scales and matrices
 inline constexpr Range octaves{"an integer", 1, 15};
 inline constexpr Range gain{"a number", 0, 1, true};

@@ -1,0 +1,524 @@
+// The table of keys of the scene file, and its use. A new key is a new row of the table; nothing
+// else needs to know.
+#include "io/scene_json.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "io/json_table.h"
+#include "io/json_text.h"
+#include "tyndall/render/check.h"
+#include "tyndall/render/error.h"
+
+namespace tyndall::io {
+namespace {
+
+using namespace scene;
+namespace fs = std::filesystem;
+
+// ---- The table. Defaults are those of the structs (scene.h), ranges those of check(). ----
+
+const char* const field_unit = "field unit";
+
+std::vector<Key<Sphere>> sphere() {
+  return {key("center", &Sphere::center, vector(limits::coordinate), field_unit, "centre"),
+          key("radius", &Sphere::radius, number(limits::size), field_unit, "radius")};
+}
+
+std::vector<Key<Ellipsoid>> ellipsoid() {
+  return {
+      key("center", &Ellipsoid::center, vector(limits::coordinate), field_unit, "centre"),
+      key("radii", &Ellipsoid::radii, vector(limits::size), field_unit, "radii along x, y and z")};
+}
+
+std::vector<Key<Layer>> layer() {
+  return {
+      key("height", &Layer::height, number(limits::coordinate), field_unit,
+          "y of the middle plane"),
+      key("thickness", &Layer::thickness, number(limits::size), field_unit, "from face to face")};
+}
+
+std::vector<Key<Plume>> plume() {
+  return {
+      key("base", &Plume::base, vector(limits::coordinate), field_unit, "where the axis starts"),
+      key("height", &Plume::height, number(limits::size), field_unit, "height"),
+      key("radius_base", &Plume::radius_base, number(limits::size), field_unit,
+          "radius at the base"),
+      key("radius_top", &Plume::radius_top, number(limits::size), field_unit, "radius at the top"),
+      key("lean", &Plume::lean, tuple<glm::dvec2>("x, z", number(limits::coordinate)), field_unit,
+          "how far the axis moves sideways between base and top")};
+}
+
+std::vector<Key<Cuboid>> cuboid() {
+  return {key("min", &Cuboid::min, vector(limits::coordinate), field_unit, "lower corner"),
+          key("max", &Cuboid::max, vector(limits::coordinate), field_unit, "upper corner")};
+}
+
+std::vector<Key<Torus>> torus() {
+  return {key("center", &Torus::center, vector(limits::coordinate), field_unit,
+              "centre; the axis is along y"),
+          key("ring_radius", &Torus::ring_radius, number(limits::size), field_unit,
+              "from the centre to the middle of the tube"),
+          key("tube_radius", &Torus::tube_radius, number(limits::size), field_unit,
+              "radius of the tube")};
+}
+
+std::vector<Key<Capsule>> capsule() {
+  return {key("a", &Capsule::a, vector(limits::coordinate), field_unit, "one end of the axis"),
+          key("b", &Capsule::b, vector(limits::coordinate), field_unit, "the other end"),
+          key("radius", &Capsule::radius, number(limits::size), field_unit, "radius")};
+}
+
+Kind<CloudBody> cloud_body() {
+  return variant<CloudBody>(
+      {one<CloudBody>("sphere", "a ball of noise", sphere()),
+       one<CloudBody>("ellipsoid", "an ellipsoid of noise", ellipsoid()),
+       one<CloudBody>("layer", "a horizontal layer of noise, unbounded in x and z", layer()),
+       one<CloudBody, Everywhere>("everywhere", "noise without a shape", {}),
+       one<CloudBody>("plume", "a leaning cone of noise, as of smoke that rises", plume())});
+}
+
+/// How harsh a noise cloud is.
+struct Preset {
+  double contrast, coverage, falloff;
+  bool operator==(const Preset&) const = default;
+};
+constexpr Preset low_variation{0.5, 1.4, 1.8}, high_variation{3.0, 0.0, 0.45};
+
+std::vector<Key<NoiseCloud>> noise_cloud() {
+  return {
+      setter<NoiseCloud>(
+          "preset", low_variation,
+          [](NoiseCloud& cloud, const Preset& preset) {
+            cloud.contrast = preset.contrast;
+            cloud.coverage = preset.coverage;
+            cloud.falloff = preset.falloff;
+          },
+          choice<Preset>({{"low_variation", low_variation}, {"high_variation", high_variation}}),
+          "",
+          "sets contrast, coverage and falloff where they are not given: a soft cloud, or a broken "
+          "one"),
+      key("octaves", &NoiseCloud::octaves, integer<int>(limits::octaves), "",
+          "octaves of gradient noise; 8, 12, 15 are 256^3, 4096^3, 32768^3 effective voxels"),
+      key("gain", &NoiseCloud::gain, number(limits::gain), "",
+          "amplitude of an octave over that of the one before"),
+      key("seed", &NoiseCloud::seed, integer<std::uint32_t>(limits::noise_seed), "",
+          "another seed, another cloud"),
+      key("contrast", &NoiseCloud::contrast, number(limits::contrast), "", "hardness of the edges"),
+      key("coverage", &NoiseCloud::coverage, number(limits::coverage), "",
+          "added to the noise: more is fuller"),
+      key("falloff", &NoiseCloud::falloff, number(limits::falloff), "",
+          "taken from the noise at the surface of the body, 0 at its middle"),
+      key("body", &NoiseCloud::body, cloud_body(), "", "what the noise is wrapped around")};
+}
+
+/// Reads the values of a grid from a file of 32-bit floats.
+void load_values(Reader& reader, const Node& node, DenseGrid& grid) {
+  static_assert(std::endian::native == std::endian::little, "raw files are little endian");
+  const Node* name = child(node, "file");
+  if (!name) return;
+  const auto damaged = [&](const std::string& message) {
+    reader.within("file", [&] { reader.error(*name, message, ExitCode::input_missing); });
+  };
+  const fs::path path = reader.file(name->value.get<std::string>());
+  std::error_code error;
+  const std::uint64_t bytes = fs::file_size(path, error);
+  if (error) return damaged(fmt::format("{}: {}", path.string(), error.message()));
+  std::uint64_t expected = sizeof(float);
+  for (const int n : grid.size) expected *= static_cast<std::uint64_t>(n);
+  if (bytes != expected) {
+    return damaged(fmt::format("{}: expected 4 x {} bytes, got {}", path.string(),
+                               fmt::join(grid.size, " x "), bytes));
+  }
+  grid.values.resize(expected / sizeof(float));
+  std::ifstream file(path, std::ios::binary);
+  if (!file.read(reinterpret_cast<char*>(grid.values.data()),
+                 static_cast<std::streamsize>(bytes))) {
+    return damaged(path.string() + ": cannot be read");
+  }
+  if (const std::string problem = grid_problem(grid); !problem.empty())
+    damaged(path.string() + ": " + problem);
+}
+
+Case<Field> grid() {
+  return one<Field, DenseGrid>(
+      "grid", "voxels in the unit cube, each value at its voxel's centre; x runs fastest",
+      {required(key("size", &DenseGrid::size,
+                    tuple<std::array<int, 3>>("x, y, z", integer<int>(limits::voxels)), "",
+                    "number of voxels")),
+       key("values", &DenseGrid::values, list(number<float>(limits::density)), "", "densities"),
+       setter<DenseGrid>(
+           "file", std::string("density.raw"),
+           [](DenseGrid&, const std::string&) {},  // see load_values
+           text("the name of a file"), "",
+           "densities as 32-bit floats, little endian; the name is relative to the scene's folder"),
+       key("interpolation", &DenseGrid::interpolation,
+           choice<Interpolation>(
+               {{"trilinear", Interpolation::trilinear}, {"nearest", Interpolation::nearest}}),
+           "", "between the voxels")},
+      {{{"values"}, {"file"}}, true, load_values});
+}
+
+Kind<Field> field() {
+  const auto solid = [](const auto& body) { return Field(Solid{body}); };
+  return variant<Field>(
+      {one<Field, Everywhere>("homogeneous", "density 1 everywhere", {}, {}, solid),
+       one<Field, Sphere>("sphere", "density 1 inside a sphere", sphere(), {}, solid),
+       one<Field, Cuboid>("box", "density 1 inside a box", cuboid(), {}, solid),
+       one<Field, Torus>("torus", "density 1 inside a torus", torus(), {}, solid),
+       one<Field, Capsule>("capsule", "density 1 inside a capsule", capsule(), {}, solid),
+       one<Field>("noise_cloud", "density clamp(contrast (noise + coverage - falloff q), 0, 1)",
+                  noise_cloud()),
+       grid()});
+}
+
+Kind<Phase> phase() {
+  return variant<Phase>(
+      {one<Phase, IsotropicPhase>("isotropic", "all directions alike", {}),
+       one<Phase, HenyeyGreensteinPhase>("henyey_greenstein", "a lobe forwards or backwards",
+                                         {key("g", &HenyeyGreensteinPhase::g, number(limits::g), "",
+                                              "mean cosine; above 0 is forwards")}),
+       one<Phase, RayleighPhase>("rayleigh", "as clear air", {})});
+}
+
+/// Sine of an angle [degree], exact at multiples of 90. A series of its own, since libms differ in
+/// the last bit and transforms reach the tallies.
+double sine(double degrees) {
+  // term + term * (-square / (k (k + 1))) + ..., down to the last bit for angles up to 45 degrees
+  const auto series = [](double term, double square, int k) {
+    double sum = term;
+    for (; k < 24; k += 2) {
+      term *= -square / (k * (k + 1));
+      sum += term;
+    }
+    return sum;
+  };
+  const double radian = std::numbers::pi / 180;
+  double x = std::remainder(degrees, 360.0);  // exact
+  if (x > 90) x = 180 - x;
+  if (x < -90) x = -180 - x;
+  if (std::abs(x) <= 45) return series(x * radian, x * radian * x * radian, 2);
+  const double rest = (90 - std::abs(x)) * radian;
+  return std::copysign(series(1, rest * rest, 1), x);
+}
+
+double cosine(double degrees) { return sine(degrees + 90); }
+
+struct Transform {
+  glm::dvec3 translate{0.0}, rotate{0.0}, scale{1.0};
+  std::array<double, 16> matrix{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+
+  /// At most one of `matrix` and the rest is not the identity.
+  glm::dmat4 whole() const {
+    const glm::dvec3 s{sine(rotate.x), sine(rotate.y), sine(rotate.z)};
+    const glm::dvec3 c{cosine(rotate.x), cosine(rotate.y), cosine(rotate.z)};
+    const glm::dmat3 about_x(1, 0, 0, 0, c.x, s.x, 0, -s.x, c.x);  // column by column
+    const glm::dmat3 about_y(c.y, 0, -s.y, 0, 1, 0, s.y, 0, c.y);
+    const glm::dmat3 about_z(c.z, s.z, 0, -s.z, c.z, 0, 0, 0, 1);
+    const glm::dmat3 scaled(scale.x, 0, 0, 0, scale.y, 0, 0, 0, scale.z);
+    glm::dmat4 parts(about_z * about_y * about_x * scaled);
+    parts[3] = glm::dvec4(translate, 1.0);
+    glm::dmat4 rows;
+    for (int i = 0; i < 16; ++i) rows[i % 4][i / 4] = matrix[static_cast<unsigned>(i)];
+    return rows * parts;
+  }
+};
+
+Kind<glm::dmat4> transform() {
+  const Kind<Transform> parts = object<Transform>(
+      {key("translate", &Transform::translate, vector(limits::coordinate), "length",
+           "moved by, at last"),
+       key("rotate", &Transform::rotate, vector(limits::angle), "degree",
+           "turned about x, then y, then z"),
+       key("scale", &Transform::scale, tuple<glm::dvec3>("x, y, z", number(limits::factor), true),
+           "length/field unit", "stretched by, first of all"),
+       key("matrix", &Transform::matrix,
+           tuple<std::array<double, 16>>("xx, xy, xz, x, yx, yy, yz, y, zx, zy, zz, z, 0, 0, 0, 1",
+                                         number(limits::factor)),
+           "", "all in one: an affine matrix, row by row")},
+      {{{"translate", "rotate", "scale"}, {"matrix"}}});
+  return {"",
+          [=](Reader& reader, const Node& node, glm::dmat4& value) {
+            Transform read;
+            parts.read(reader, node, read);
+            value = read.whole();
+          },
+          parts.schema,
+          [=](const glm::dmat4&, const std::string& indent) { return parts.list({}, indent); },
+          {},
+          true};
+}
+
+Kind<Component> component() {
+  return object<Component>(
+      {required(key("field", &Component::field, field(), "", "where its matter is: the density")),
+       required(key("extinction", &Component::extinction, number(limits::extinction), "1/length",
+                    "at density 1")),
+       key("albedo", &Component::albedo, color(limits::albedo), "",
+           "scattered share of the extinction"),
+       key("phase", &Component::phase, phase(), "", "where the scattered light goes"),
+       key("transform", &Component::transform, transform(), "",
+           "from field space to world space")});
+}
+
+Kind<Medium> medium() {
+  const auto side = choice<Side>({{"open", Side::open}, {"periodic", Side::periodic}});
+  return object<Medium>(
+      {group<Medium>(
+           "box",
+           {key("min", &Medium::box_min, vector(limits::coordinate), "length", "lower corner"),
+            key("max", &Medium::box_max, vector(limits::coordinate), "length", "upper corner")},
+           "outside of it there is nothing"),
+       key("sides", &Medium::sides, tuple<std::array<Side, 3>>("x, y, z", side), "",
+           "of the box: light leaves through open ones and comes back on the other side of "
+           "periodic ones"),
+       group<Medium>(
+           "majorants",
+           {key("resolution", &Medium::majorant_resolution, cells(limits::majorants), "",
+                "super-voxels")},
+           "grid of bounds of the extinction; changes the time a render takes, not what it shows"),
+       required(key("components", &Medium::components, list(component()), "", "they add up"))});
+}
+
+Kind<Light> light() {
+  constexpr double sphere_steradians = 4 * std::numbers::pi;
+  return variant<Light>(
+      {one<Light, PointLight>("point", "shines alike in all directions",
+                              {required(key("position", &PointLight::position,
+                                            vector(limits::coordinate), "length", "where it is")),
+                               key("power", &PointLight::power, color(limits::light), "W",
+                                   "into all directions together"),
+                               setter<PointLight>(
+                                   "intensity", glm::dvec3(1.0 / sphere_steradians),
+                                   [](PointLight& l, const glm::dvec3& intensity) {
+                                     l.power = sphere_steradians * intensity;
+                                   },
+                                   color(limits::light), "W/sr", "into every direction")},
+                              {{{"power"}, {"intensity"}}, true}),
+       one<Light, DirectionalLight>(
+           "directional", "parallel light, as the sun's",
+           {required(key("direction", &DirectionalLight::direction, vector(limits::coordinate), "",
+                         "the way it travels")),
+            required(key("irradiance", &DirectionalLight::irradiance, color(limits::light),
+                         "W/area", "on a plane across the light"))}),
+       one<Light, EnvironmentLight>(
+           "environment", "the same radiance from everywhere; the camera sees it",
+           {required(key("radiance", &EnvironmentLight::radiance, color(limits::light),
+                         "W/(area sr)", "from every direction"))})});
+}
+
+Kind<Camera> camera() {
+  return object<Camera>(
+      {key("position", &Camera::position, vector(limits::coordinate), "length", "where it is"),
+       key("look_at", &Camera::look_at, vector(limits::coordinate), "length",
+           "seen in the middle of the picture"),
+       key("up", &Camera::up, vector(limits::coordinate), "",
+           "direction that is upwards in the picture"),
+       key("fov", &Camera::fov, number(limits::fov), "degree",
+           "full angle across the picture's width"),
+       key("resolution", &Camera::resolution,
+           tuple<std::array<int, 2>>("width, height", integer<int>(limits::pixels)), "pixel",
+           "size of the picture")});
+}
+
+constexpr int format_version = 1;
+
+Key<Scene> version() {
+  return {"tyndall",
+          {fmt::format("{}", format_version),
+           [](Reader&, const Node&, Scene&) {},  // see refuse_other_versions
+           [] {
+             return Json{{"const", format_version}};
+           },
+           [](const Scene&, const std::string&) { return fmt::format("{}", format_version); }},
+          "",
+          "version of the scene format",
+          true};
+}
+
+const Kind<Scene>& table() {
+  static const Kind<Scene> scene = object<Scene>(
+      {version(),
+       required(key("medium", &Scene::medium, medium(), "", "what scatters and absorbs")),
+       key("lights", &Scene::lights, list(light()), "", "where the photons come from"),
+       key("camera", &Scene::camera, camera(), "", "a pinhole camera"),
+       key("background", &Scene::background, color(limits::light), "W/(area sr)",
+           "radiance behind everything; it lights nothing"),
+       key("sampler", &Scene::sampler,
+           choice<Sampler>({{"super_voxel", Sampler::super_voxel},
+                            {"woodcock", Sampler::woodcock},
+                            {"ray_marching", Sampler::ray_marching}}),
+           "", "how free paths are drawn; ray_marching is biased"),
+       key("marching_step", &Scene::marching_step, number(limits::marching_step), "length",
+           "step of ray_marching, 0: one voxel of the finest component"),
+       group<Scene>(
+           "photons",
+           {key("count", &Scene::photons, integer<std::uint64_t>(limits::photons), "",
+                "photons to shoot"),
+            group<Scene>("illumination",
+                         {key("resolution", &Scene::illumination_resolution,
+                              cells(limits::illumination), "", "cells"),
+                          key("order", &Scene::illumination_order, integer<int>(limits::order), "",
+                              "of the spherical harmonics, -1: what the phase functions need")},
+                         "grid in which the photons leave their light")},
+           "the first pass: from the lights into the medium"),
+       group<Scene>("gather",
+                    {key("samples", &Scene::samples, integer<std::uint64_t>(limits::samples), "",
+                         "per pixel")},
+                    "the second pass: from the camera into the medium"),
+       group<Scene>("preview",
+                    {key("exposure", &Scene::exposure, number(limits::exposure), "EV",
+                         "brightness of the PNG alone")},
+                    "the picture for the eye"),
+       key("seed", &Scene::seed, integer<std::uint64_t>(limits::seed), "",
+           "of all random numbers; one seed, one picture")});
+  return scene;
+}
+
+// ---- Entry points. ----
+
+std::string load(const std::string& path) {
+  constexpr std::size_t most = std::size_t{256} << 20;
+  const auto unreadable = [&](const std::string& why) {
+    throw Error(ExitCode::input_missing, fmt::format("{}: {}", path, why));
+  };
+  std::error_code error;
+  if (fs::is_directory(path, error)) unreadable("is a folder, expected a scene file");
+  if (!fs::exists(path, error)) unreadable(error ? error.message() : "no such file");
+  std::ifstream file(path, std::ios::binary);
+  std::string text;
+  char block[1 << 16];
+  while (file.read(block, sizeof block), file.gcount() > 0 && text.size() <= most) {
+    text.append(block, static_cast<std::size_t>(file.gcount()));
+  }
+  if (!file.eof() && text.size() <= most) unreadable("cannot be read");
+  if (text.size() > most)
+    unreadable("larger than 256 MiB; put the values of grids into files of their own");
+  return text;
+}
+
+/// Puts the value of `option` at `path`; objects on the way are made where they are missing.
+void replace(Node& root, const std::string& path, const Source& option, Reader& reader) {
+  Node* node = &root;
+  std::string so_far;
+  for (const std::string& step : steps(path)) {
+    Node* next = child(*node, step);
+    if (!next && !node->value.is_object()) {
+      const std::string what = so_far.empty() ? "the scene" : so_far;
+      reader.errors.push_back(
+          {&option, 0, path, fmt::format("no such place: {} is {}", what, quote(*node))});
+      return;
+    }
+    if (!next) {
+      next = &node->children.emplace_back();
+      next->source = &option;
+      next->key = step;
+      next->value = Json::object();
+    }
+    so_far += (so_far.empty() ? "" : ".") + step;
+    node = next;
+  }
+  Node value = parse_option(option);
+  value.key = node->key;
+  *node = std::move(value);
+}
+
+/// \return whether one of two paths leads through the other.
+bool related(std::string_view a, std::string_view b) {
+  if (a.size() > b.size()) std::swap(a, b);
+  return b.starts_with(a)
+         && (a.empty() || a.size() == b.size() || b[a.size()] == '.' || b[a.size()] == '[');
+}
+
+[[noreturn]] void throw_all(std::vector<Finding> errors) {
+  constexpr std::size_t most = 100;
+  std::stable_sort(errors.begin(), errors.end(), [](const Finding& a, const Finding& b) {
+    return std::pair(a.source->option, a.offset) < std::pair(b.source->option, b.offset);
+  });
+  std::string lines;
+  for (std::size_t i = 0; i < std::min(most, errors.size()); ++i)
+    lines += fmt::format("{}{}", i == 0 ? "" : "\n", errors[i].text());
+  if (errors.size() > most) lines += fmt::format("\n... and {} more", errors.size() - most);
+  const bool only_files = std::all_of(errors.begin(), errors.end(), [](const Finding& error) {
+    return error.code == ExitCode::input_missing;
+  });
+  throw Error(only_files ? ExitCode::input_missing : ExitCode::scene_invalid, lines);
+}
+
+/// Of another version every key may differ: its other errors would be noise.
+void refuse_other_versions(const Node& root) {
+  const Node* version = root.value.is_object() ? child(root, "tyndall") : nullptr;
+  if (!version || version->value == format_version) return;
+  throw_all({{version->source, version->offset, "tyndall",
+              fmt::format("this build reads scenes of version {}, got {}", format_version,
+                          quote(*version))}});
+}
+
+}  // namespace
+
+Scene read_scene(const std::string& path, const std::vector<std::string>& overrides,
+                 std::vector<std::string>& warnings) {
+  std::vector<Source> sources{{path, load(path)}};
+  sources.reserve(1 + overrides.size());  // nodes point to them
+  Node root = parse(sources[0]);
+  Reader reader(fs::path(path).parent_path());
+  for (const std::string& option : overrides) {
+    const std::size_t equal = option.find('=');
+    const std::string place = option.substr(0, equal);
+    const std::vector<std::string> names = steps(place);
+    if (equal == option.npos || std::find(names.begin(), names.end(), "") != names.end()) {
+      throw Error(ExitCode::usage,
+                  fmt::format("-D {}: expected PATH=VALUE, such as camera.fov=30", option));
+    }
+    sources.push_back({"-D " + option, option.substr(equal + 1), true});
+    replace(root, place, sources.back(), reader);
+  }
+
+  refuse_other_versions(root);
+  Scene scene;
+  table().read(reader, root, scene);
+
+  const Problems problems = check(scene);
+  const auto finding = [&](const Problem& problem) {
+    const Node& node = nearest_node(root, problem.path);
+    return Finding{node.source, node.offset, problem.path, problem.message};
+  };
+  // What could not be read has its default, of which check() knows nothing.
+  std::vector<std::string> unread = std::move(reader.unread);
+  for (const Finding& error : reader.errors) unread.push_back(error.path);
+  std::vector<Finding> errors = std::move(reader.errors);
+  for (const Problem& problem : problems.errors) {
+    const auto covers = [&](const std::string& other) { return related(other, problem.path); };
+    if (std::none_of(unread.begin(), unread.end(), covers)) errors.push_back(finding(problem));
+  }
+  if (!errors.empty()) throw_all(std::move(errors));
+  for (const Problem& warning : problems.warnings) warnings.push_back(finding(warning).text());
+  return scene;
+}
+
+std::string schema() {
+  Json whole{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
+             {"title", "Tyndall scene"}};
+  whole.update(table().schema());
+  return whole.dump(2) + "\n";
+}
+
+std::string defaults() {
+  return "// Every key of a scene at its default, with its meaning, its unit and what it may be. "
+         "Required keys have no\n"
+         "// default: their values are examples. What a key may be instead stands in comments.\n"
+         + table().list({}, "") + "\n";
+}
+
+}  // namespace tyndall::io

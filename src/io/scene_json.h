@@ -1,0 +1,29 @@
+/// \file
+/// The scene file: JSON with comments. One table of keys makes the reader, its errors, the
+/// published schema and the listing of defaults.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tyndall/render/scene.h"
+
+namespace tyndall::io {
+
+/// Reads and checks a scene. `overrides` replace values of the file, each "path=value" as in
+/// "lights[0].power=[10, 20, 30]"; a value that is no JSON is a string. Appends to `warnings`.
+/// \throws Error with every error of the scene, one per line, each after its place,
+/// "scene.json:41:17: " or
+/// "-D camera.fov=x: ": scene_invalid, or input_missing if all that is wrong are files that cannot
+/// be read; usage for an override without a path.
+Scene read_scene(const std::string& path, const std::vector<std::string>& overrides,
+                 std::vector<std::string>& warnings);
+
+/// \return JSON Schema (draft 2020-12) of the scene file.
+std::string schema();
+
+/// \return a scene with every key at its default, and each key's unit, range and meaning in
+/// comments.
+std::string defaults();
+
+}  // namespace tyndall::io

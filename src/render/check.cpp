@@ -1,0 +1,451 @@
+#include "tyndall/render/check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
+
+#include "tyndall/transport/ledger.h"
+
+namespace tyndall {
+namespace {
+
+using namespace scene;
+
+template <class... Functions>
+struct Overloaded : Functions... {
+  using Functions::operator()...;
+};
+template <class... Functions>
+Overloaded(Functions...) -> Overloaded<Functions...>;
+
+constexpr const char* axis_names = "xyz";
+
+double largest(const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); }
+glm::dvec3 magnitudes(const glm::dvec3& v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
+
+/// Lengths and angles are judged in double precision: what is parallel to 1e-6 is parallel.
+constexpr double parallel = 1e-6;
+
+class Checker {
+ public:
+  explicit Checker(const Scene& scene) : scene_(scene) {}
+
+  Problems run() {
+    medium();
+    for (std::size_t i = 0; i < scene_.lights.size(); ++i)
+      light(fmt::format("lights[{}]", i), scene_.lights[i]);
+    something_shines();
+    camera();
+    work();
+    return std::move(problems_);
+  }
+
+ private:
+  void error(const std::string& path, const std::string& message) {
+    problems_.errors.push_back({path, message});
+  }
+  void warning(const std::string& path, const std::string& message) {
+    problems_.warnings.push_back({path, message});
+  }
+
+  // The functions below return whether the value may be used in further checks.
+
+  template <class Number>
+  bool number(const std::string& path, Number value, const Range& range) {
+    if (range.contains(static_cast<double>(value))) return true;
+    error(path, fmt::format("expected {}, got {}", describe(range), value));
+    return false;
+  }
+
+  template <class Vector>
+  bool numbers(const std::string& path, const Vector& values, int count, const Range& range) {
+    bool good = true;
+    for (int i = 0; i < count; ++i) {
+      good =
+          number(fmt::format("{}[{}]", path, i), values[static_cast<unsigned>(i)], range) && good;
+    }
+    return good;
+  }
+  bool vector(const std::string& path, const glm::dvec3& value, const Range& range) {
+    return numbers(path, value, 3, range);
+  }
+  bool direction(const std::string& path, const glm::dvec3& value) {
+    if (!vector(path, value, limits::coordinate)) return false;
+    if (glm::length(value) >= limits::size.low) return true;
+    error(path, "a direction must have a length, got [0, 0, 0] or nearly so");
+    return false;
+  }
+
+  bool open(int axis) const {
+    return scene_.medium.sides[static_cast<unsigned>(axis)] == Side::open;
+  }
+  bool any_open() const { return open(0) || open(1) || open(2); }
+
+  void medium() {
+    const Medium& m = scene_.medium;
+    if (vector("medium.box.min", m.box_min, limits::coordinate)
+        && vector("medium.box.max", m.box_max, limits::coordinate)) {
+      box();
+    }
+    numbers("medium.majorants.resolution", m.majorant_resolution, 3, limits::majorants);
+
+    if (m.components.empty()) {
+      error("medium.components",
+            "expected at least one component: a medium of nothing has nothing to show");
+    } else if (m.components.size() > max_components) {
+      error("medium.components", fmt::format("expected at most {} components, got {}",
+                                             max_components, m.components.size()));
+    }
+    for (std::size_t i = 0; i < m.components.size(); ++i) {
+      component(fmt::format("medium.components[{}]", i), m.components[i]);
+    }
+    if (!any_open() && !m.components.empty()) walks_end();
+  }
+
+  void box() {
+    const glm::dvec3 low = scene_.medium.box_min, high = scene_.medium.box_max;
+    for (int a = 0; a < 3; ++a) {
+      const double extent = high[a] - low[a];
+      if (extent <= 0) {
+        error("medium.box", fmt::format("expected max above min, got {} from {} to {}",
+                                        axis_names[a], low[a], high[a]));
+      } else if (extent < 1e-3 * std::max(std::abs(low[a]), std::abs(high[a]))
+                 || extent < limits::size.low) {
+        error("medium.box",
+              fmt::format("too thin for single precision: {} from {} to {}; move it nearer to the "
+                          "origin or make it thicker than a thousandth of its distance from there",
+                          axis_names[a], low[a], high[a]));
+      }
+    }
+  }
+
+  /// Without open sides only absorption ends a walk.
+  void walks_end() {
+    const auto absorbs = [](const Component& c) {
+      return c.extinction > 0 && largest(c.albedo) < 1;
+    };
+    const std::vector<Component>& components = scene_.medium.components;
+    if (std::none_of(components.begin(), components.end(), absorbs)) {
+      error("medium.sides",
+            "with three periodic sides light never leaves: at least one component needs an "
+            "extinction above 0 and "
+            "an albedo below 1 in every channel");
+    }
+  }
+
+  void component(const std::string& path, const Component& c) {
+    if (number(path + ".extinction", c.extinction, limits::extinction) && c.extinction == 0) {
+      warning(path + ".extinction", "with extinction 0 this component does nothing");
+    }
+    vector(path + ".albedo", c.albedo, limits::albedo);
+    if (const auto* hg = std::get_if<HenyeyGreensteinPhase>(&c.phase))
+      number(path + ".phase.g", hg->g, limits::g);
+    transform(path + ".transform", c.transform);
+
+    const std::string field = path + ".field";
+    std::visit(Overloaded{[&](const Solid& solid) { body(field, solid.body); },
+                          [&](const NoiseCloud& cloud) { noise(field, cloud); },
+                          [&](const DenseGrid& grid) { dense_grid(path, grid, c.extinction); }},
+               c.field);
+  }
+
+  void transform(const std::string& path, const glm::dmat4& m) {
+    for (int column = 0; column < 4; ++column) {
+      for (int row = 0; row < 4; ++row) {
+        const double x = m[column][row];
+        if (!limits::factor.contains(x)) {
+          return error(path, fmt::format("expected matrix elements in [{}, {}], got {}",
+                                         limits::factor.low, limits::factor.high, x));
+        }
+      }
+    }
+    if (m[0][3] != 0 || m[1][3] != 0 || m[2][3] != 0 || m[3][3] != 1) {
+      return error(path,
+                   fmt::format("expected an affine matrix, with last row 0 0 0 1, got {} {} {} {}",
+                               m[0][3], m[1][3], m[2][3], m[3][3]));
+    }
+    double lengths = 1;
+    for (int column = 0; column < 3; ++column) {
+      const double length = glm::length(glm::dvec3(m[column]));
+      if (length < limits::size.low) {
+        return error(
+            path, fmt::format("singular: it shrinks {} to nothing; expected a scale of at least {}",
+                              axis_names[column], limits::size.low));
+      }
+      lengths *= length;
+    }
+    if (std::abs(glm::determinant(glm::dmat3(m))) < parallel * lengths) {
+      error(path, "singular: it flattens space, and cannot be inverted");
+    }
+  }
+
+  template <class Body>
+  void body(const std::string& path, const Body& shape) {
+    std::visit([&](const auto& s) { this->shape(path, s); }, shape);
+  }
+  void shape(const std::string&, const Everywhere&) {}
+  void shape(const std::string& path, const Sphere& s) {
+    vector(path + ".center", s.center, limits::coordinate);
+    number(path + ".radius", s.radius, limits::size);
+  }
+  void shape(const std::string& path, const Ellipsoid& s) {
+    vector(path + ".center", s.center, limits::coordinate);
+    vector(path + ".radii", s.radii, limits::size);
+  }
+  void shape(const std::string& path, const Layer& s) {
+    number(path + ".height", s.height, limits::coordinate);
+    number(path + ".thickness", s.thickness, limits::size);
+  }
+  void shape(const std::string& path, const Plume& s) {
+    vector(path + ".base", s.base, limits::coordinate);
+    number(path + ".height", s.height, limits::size);
+    number(path + ".radius_base", s.radius_base, limits::size);
+    number(path + ".radius_top", s.radius_top, limits::size);
+    numbers(path + ".lean", s.lean, 2, limits::coordinate);
+  }
+  void shape(const std::string& path, const Cuboid& s) {
+    if (!vector(path + ".min", s.min, limits::coordinate)
+        || !vector(path + ".max", s.max, limits::coordinate))
+      return;
+    for (int a = 0; a < 3; ++a) {
+      if (s.max[a] <= s.min[a]) {
+        error(path + ".max", fmt::format("expected max above min, got {} from {} to {}",
+                                         axis_names[a], s.min[a], s.max[a]));
+      }
+    }
+  }
+  void shape(const std::string& path, const Torus& s) {
+    vector(path + ".center", s.center, limits::coordinate);
+    number(path + ".ring_radius", s.ring_radius, limits::size);
+    number(path + ".tube_radius", s.tube_radius, limits::size);
+  }
+  void shape(const std::string& path, const Capsule& s) {
+    vector(path + ".a", s.a, limits::coordinate);
+    vector(path + ".b", s.b, limits::coordinate);
+    number(path + ".radius", s.radius, limits::size);
+  }
+
+  void noise(const std::string& path, const NoiseCloud& cloud) {
+    number(path + ".octaves", cloud.octaves, limits::octaves);
+    number(path + ".gain", cloud.gain, limits::gain);
+    number(path + ".contrast", cloud.contrast, limits::contrast);
+    number(path + ".coverage", cloud.coverage, limits::coverage);
+    number(path + ".falloff", cloud.falloff, limits::falloff);
+    body(path + ".body", cloud.body);
+  }
+
+  void dense_grid(const std::string& path, const DenseGrid& grid, double extinction) {
+    if (!numbers(path + ".field.size", grid.size, 3, limits::voxels)) return;
+    if (const std::string problem = grid_problem(grid); !problem.empty()) {
+      return error(path + ".field.values", problem);
+    }
+    const double highest = *std::max_element(grid.values.begin(), grid.values.end());
+    if (extinction * highest > limits::extinction.high) {
+      error(path + ".extinction",
+            fmt::format("expected at most {} times the largest value of the grid, got {} x {}",
+                        limits::extinction.high, extinction, highest));
+    }
+  }
+
+  void light(const std::string& path, const Light& light) {
+    std::visit(
+        Overloaded{[&](const PointLight& l) { point_light(path, l); },
+                   [&](const DirectionalLight& l) { directional_light(path, l); },
+                   [&](const EnvironmentLight& l) {
+                     emission(path + ".radiance", l.radiance);
+                     if (!any_open())
+                       error(path,
+                             "an environment shines in through open sides, and there are none");
+                   }},
+        light);
+  }
+
+  void emission(const std::string& path, const glm::dvec3& amount) {
+    if (vector(path, amount, limits::light) && largest(amount) == 0)
+      warning(path, "this light is black");
+  }
+
+  void point_light(const std::string& path, const PointLight& l) {
+    emission(path + ".power", l.power);
+    if (!vector(path + ".position", l.position, limits::coordinate)) return;
+    bool inside = true, enters = false;
+    for (int a = 0; a < 3; ++a) {
+      const bool beyond =
+          l.position[a] < scene_.medium.box_min[a] || l.position[a] > scene_.medium.box_max[a];
+      inside = inside && !beyond;
+      enters = enters || (beyond && open(a));
+    }
+    if (!inside && !enters) {
+      error(path + ".position",
+            "outside the medium, and every side that faces it is periodic: its light cannot "
+            "enter; move it inside or open a side");
+    }
+  }
+
+  void directional_light(const std::string& path, const DirectionalLight& l) {
+    emission(path + ".irradiance", l.irradiance);
+    if (!direction(path + ".direction", l.direction)) return;
+    const glm::dvec3 way = magnitudes(glm::normalize(l.direction));
+    for (int a = 0; a < 3; ++a) {
+      if (open(a) && way[a] > parallel) return;
+    }
+    error(path + ".direction",
+          "it meets no open side of the medium: its light cannot enter; turn it or open a side");
+  }
+
+  void something_shines() {
+    const glm::dvec3& background = scene_.background;
+    vector("background", background, limits::light);
+    const auto shines = [](const Light& light) {
+      return std::visit(
+          Overloaded{[](const PointLight& l) { return largest(l.power) > 0; },
+                     [](const DirectionalLight& l) { return largest(l.irradiance) > 0; },
+                     [](const EnvironmentLight& l) { return largest(l.radiance) > 0; }},
+          light);
+    };
+    if (std::any_of(scene_.lights.begin(), scene_.lights.end(), shines)) return;
+    if (largest(background) > 0) {
+      warning("lights", "no light shines: only the background will be seen");
+    } else {
+      error("lights",
+            "nothing shines, neither a light nor the background: the picture would be black");
+    }
+  }
+
+  void camera() {
+    const Camera& c = scene_.camera;
+    number("camera.fov", c.fov, limits::fov);
+    numbers("camera.resolution", c.resolution, 2, limits::pixels);
+    const bool upright = direction("camera.up", c.up);
+    const bool placed = vector("camera.position", c.position, limits::coordinate);
+    if (!vector("camera.look_at", c.look_at, limits::coordinate) || !placed) return;
+    const glm::dvec3 view = c.look_at - c.position;
+    if (glm::length(view) < limits::size.low) {
+      return error("camera.look_at",
+                   fmt::format("equal to the position [{}, {}, {}]: no direction to look in",
+                               c.position.x, c.position.y, c.position.z));
+    }
+    if (upright && glm::length(glm::cross(glm::normalize(view), glm::normalize(c.up))) < parallel) {
+      error("camera.up",
+            "parallel to the view: no side of the picture is up; choose another direction");
+    }
+  }
+
+  void work() {
+    number("photons.count", scene_.photons, limits::photons);
+    numbers("photons.illumination.resolution", scene_.illumination_resolution, 3,
+            limits::illumination);
+    if (number("photons.illumination.order", scene_.illumination_order, limits::order))
+      illumination_order();
+    number("gather.samples", scene_.samples, limits::samples);
+    number("preview.exposure", scene_.exposure, limits::exposure);
+    if (number("marching_step", scene_.marching_step, limits::marching_step)
+        && scene_.marching_step > 0)
+      marching();
+  }
+
+  /// A gather from too few coefficients would silently be that of another phase function.
+  void illumination_order() {
+    const int needed = needed_illumination_order(scene_);
+    if (scene_.illumination_order == -1 || scene_.illumination_order >= needed) return;
+    error("photons.illumination.order",
+          fmt::format("expected {} or more (or -1: what the phase functions need), since a "
+                      "component scatters by {}, "
+                      "got {}",
+                      needed, needed == 2 ? "rayleigh" : "henyey_greenstein with g != 0",
+                      scene_.illumination_order));
+  }
+
+  void marching() {
+    if (scene_.sampler != Sampler::ray_marching) {
+      return warning("marching_step", "only the sampler ray_marching takes steps: not used");
+    }
+    constexpr double most_steps = 1 << 24;
+    const double across = glm::length(scene_.medium.box_max - scene_.medium.box_min);
+    if (across / scene_.marching_step > most_steps) {
+      error("marching_step",
+            fmt::format("expected at least {} (2^24 steps across the medium), got {}",
+                        across / most_steps, scene_.marching_step));
+    }
+  }
+
+  const Scene& scene_;
+  Problems problems_;
+};
+
+template <class Sizes>
+std::uint64_t product(const Sizes& sizes) {
+  std::uint64_t cells = 1;
+  for (const int n : sizes) cells *= static_cast<std::uint64_t>(std::max(n, 0));
+  return cells;
+}
+
+}  // namespace
+
+Problems check(const Scene& scene) { return Checker(scene).run(); }
+
+std::string grid_problem(const scene::DenseGrid& grid) {
+  const std::uint64_t voxels = product(grid.size);
+  if (grid.values.size() != voxels) {
+    return fmt::format("expected {} x {} x {} = {} values, got {}", grid.size[0], grid.size[1],
+                       grid.size[2], voxels, grid.values.size());
+  }
+  const auto bad = [](float v) { return !limits::density.contains(v); };
+  const auto first = std::find_if(grid.values.begin(), grid.values.end(), bad);
+  if (first == grid.values.end()) return {};
+  return fmt::format(
+      "expected densities in [0, 1e12], got {} others of {}, the first {} at index {}",
+      std::count_if(first, grid.values.end(), bad), voxels, *first, first - grid.values.begin());
+}
+
+int needed_illumination_order(const Scene& scene) {
+  int order = 0;
+  for (const Component& c : scene.medium.components) {
+    if (largest(c.albedo) == 0) continue;
+    const auto* hg = std::get_if<HenyeyGreensteinPhase>(&c.phase);
+    if (hg && hg->g != 0) order = std::max(order, 1);
+    if (std::holds_alternative<RayleighPhase>(c.phase)) order = 2;
+  }
+  return order;
+}
+
+std::uint64_t memory_needed(const Scene& scene) {
+  // A pixel: 80 bytes of integer tallies and its four floats.
+  const std::uint64_t film = product(scene.camera.resolution) * (80 + 16);
+
+  // A cell: RGB coefficients and the matter as 64-bit integers, and the same once more as floats.
+  const int order =
+      scene.illumination_order < 0 ? needed_illumination_order(scene) : scene.illumination_order;
+  const auto numbers = static_cast<std::uint64_t>(3 * (order + 1) * (order + 1) + 1);
+  const std::uint64_t illumination = product(scene.illumination_resolution) * numbers * (8 + 4);
+
+  // A super-voxel: two bounds of each component. A grid: its values here and as the walks read
+  // them.
+  const Medium& medium = scene.medium;
+  std::uint64_t media = product(medium.majorant_resolution) * medium.components.size() * 8;
+  for (const Component& c : medium.components) {
+    if (const auto* grid = std::get_if<DenseGrid>(&c.field)) media += 2 * 4 * grid->values.size();
+  }
+  return film + illumination + media;
+}
+
+std::string describe(const Range& range) {
+  const auto brief = [](double x) {  // 1e+09, not 1000000000
+    std::string text = fmt::format("{:g}", x);
+    return std::strtod(text.c_str(), nullptr) == x ? text : fmt::format("{}", x);
+  };
+  const bool low = std::isfinite(range.low), high = std::isfinite(range.high);
+  if (!low && !high) return range.what;
+  if (!high)
+    return fmt::format("{}, {} {}", range.what, range.open ? "above" : "at least",
+                       brief(range.low));
+  return fmt::format("{} in {}{}, {}{}", range.what, range.open ? '(' : '[', brief(range.low),
+                     brief(range.high), range.open ? ')' : ']');
+}
+
+}  // namespace tyndall

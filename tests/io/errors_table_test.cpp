@@ -1,0 +1,156 @@
+// Every row of the tables in docs/errors.md, tried with the executable.
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Sanitizers reserve terabytes of address space: no limit can be set on it.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool sanitized = true;
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+constexpr bool sanitized = true;
+#else
+constexpr bool sanitized = false;
+#endif
+#else
+constexpr bool sanitized = false;
+#endif
+
+std::string contents(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+struct Row {
+  std::string name, file, command, message;
+  int code = 0;
+
+  bool limited() const { return command.starts_with("ulimit"); }
+};
+
+struct Document {
+  std::string scene;  // of the rows without a file of their own
+  std::vector<Row> rows;
+};
+
+/// The inside of a cell: blanks and backticks are not part of it.
+std::string bare(const std::string& cell) {
+  const auto first = cell.find_first_not_of(" `"), last = cell.find_last_not_of(" `");
+  return first == cell.npos ? "" : cell.substr(first, last - first + 1);
+}
+
+Document read_document(const fs::path& path) {
+  Document document;
+  std::ifstream file(path);
+  bool in_scene = false;
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("```")) {
+      in_scene = line == "```json";
+    } else if (in_scene) {
+      document.scene += line + "\n";
+    }
+    std::vector<std::string> cells;
+    std::istringstream columns(line);
+    for (std::string cell; std::getline(columns, cell, '|');) cells.push_back(bare(cell));
+    if (cells.size() != 6 || cells[1] == "case" || cells[1].starts_with("---")) continue;
+    document.rows.push_back({cells[1], cells[2], cells[3], cells[5], std::stoi(cells[4])});
+  }
+  return document;
+}
+
+class ErrorsTable : public testing::Test {
+ protected:
+  void SetUp() override {
+    const char* binary = std::getenv("TYNDALL_BINARY");
+    const char* source = std::getenv("TYNDALL_SOURCE_DIR");
+    if (!binary || !source) GTEST_SKIP() << "TYNDALL_BINARY or TYNDALL_SOURCE_DIR is not set";
+    binary_ = binary;
+    document_ = read_document(fs::path(source) / "docs" / "errors.md");
+    ASSERT_GE(document_.rows.size(), 50u);
+    std::string name = fs::temp_directory_path() / "tyndall-XXXXXX";
+    ASSERT_NE(::mkdtemp(name.data()), nullptr);
+    scratch_ = name;
+    fs::create_directory(scratch_ / "work");
+  }
+  void TearDown() override {
+    if (!scratch_.empty()) fs::remove_all(scratch_);
+  }
+
+  void try_row(const Row& row) const {
+    SCOPED_TRACE(row.name + ": " + row.command);
+    const std::string text = row.file.empty() ? document_.scene : row.file;
+    std::ofstream(scratch_ / "work" / "scene.json") << (text == "(empty)" ? "" : text);
+
+    std::istringstream words(row.command);
+    std::vector<std::string> arguments{std::istream_iterator<std::string>(words), {}};
+    rlim_t kilobytes = 0;
+    if (row.limited()) {
+      ASSERT_GT(arguments.size(), 3u);
+      kilobytes = std::stoul(arguments[2]);  // "4000000;"
+      arguments.erase(arguments.begin(), arguments.begin() + 3);
+    }
+    ASSERT_FALSE(arguments.empty());
+    ASSERT_EQ(arguments[0], "tyndall");
+    EXPECT_EQ(run(arguments, kilobytes), row.code);
+    const std::string printed = contents(scratch_ / "printed");
+    EXPECT_NE(printed.find(row.message), std::string::npos) << "printed:\n" << printed;
+    EXPECT_FALSE(fs::exists(scratch_ / "work" / "cloud.pfm"));
+  }
+
+  Document document_;
+
+ private:
+  /// \return exit code, -1 after a crash. All that is printed goes to a file.
+  int run(std::vector<std::string>& arguments, rlim_t kilobytes) const {
+    std::vector<char*> argv;
+    for (std::string& argument : arguments) argv.push_back(argument.data());
+    argv.push_back(nullptr);
+    const std::string folder = scratch_ / "work", printed = scratch_ / "printed";
+    const pid_t child = ::fork();
+    if (child == 0) {
+      const int file = ::open(printed.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+      ::dup2(file, STDOUT_FILENO);
+      ::dup2(file, STDERR_FILENO);
+      const rlimit limit{kilobytes * 1024, kilobytes * 1024};
+      if (kilobytes > 0) ::setrlimit(RLIMIT_AS, &limit);
+      if (::chdir(folder.c_str()) == 0) ::execv(binary_.c_str(), argv.data());
+      ::_exit(127);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+
+  std::string binary_;
+  fs::path scratch_;
+};
+
+TEST_F(ErrorsTable, EveryRowIsTrue) {
+  for (const Row& row : document_.rows) {
+    if (!row.limited()) try_row(row);
+  }
+}
+
+TEST_F(ErrorsTable, EveryRowWithALimitIsTrue) {
+  if (sanitized) GTEST_SKIP() << "sanitizers take more address space than any limit";
+  for (const Row& row : document_.rows) {
+    if (row.limited()) try_row(row);
+  }
+}
+
+}  // namespace

@@ -1,0 +1,123 @@
+#include "tyndall/render/check.h"
+
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+namespace tyndall {
+namespace {
+
+using namespace scene;
+
+Scene good() {
+  Scene scene;
+  scene.medium.components.push_back(
+      {NoiseCloud{}, 10.0, glm::dvec3(0.9), HenyeyGreensteinPhase{0.5}});
+  scene.lights.push_back(PointLight{{1.5, 2.0, 0.5}, glm::dvec3(1.0)});
+  return scene;
+}
+
+/// \return the paths of all errors, one after the other.
+std::string errors(const Scene& scene) {
+  std::string paths;
+  for (const Problem& problem : check(scene).errors)
+    paths += (paths.empty() ? "" : " ") + problem.path;
+  return paths;
+}
+
+TEST(Check, FindsNothingWrongWithAGoodScene) {
+  const Problems problems = check(good());
+  EXPECT_TRUE(problems.errors.empty());
+  EXPECT_TRUE(problems.warnings.empty());
+}
+
+TEST(Check, FindsNumbersThatAreNotFinite) {
+  const double nan = std::numeric_limits<double>::quiet_NaN(),
+               infinity = std::numeric_limits<double>::infinity();
+  Scene scene = good();
+  scene.camera.fov = nan;
+  scene.camera.position.y = infinity;
+  scene.medium.box_max.z = nan;
+  scene.medium.components[0].extinction = infinity;
+  scene.medium.components[0].albedo.x = nan;
+  scene.medium.components[0].transform[3][0] = nan;
+  std::get<NoiseCloud>(scene.medium.components[0].field).gain = nan;
+  std::get<HenyeyGreensteinPhase>(scene.medium.components[0].phase).g = nan;
+  std::get<PointLight>(scene.lights[0]).power.y = nan;
+  scene.background.x = -infinity;
+  scene.exposure = nan;
+  EXPECT_EQ(
+      errors(scene),
+      "medium.box.max[2] medium.components[0].extinction medium.components[0].albedo[0] "
+      "medium.components[0].phase.g medium.components[0].transform medium.components[0].field.gain "
+      "lights[0].power[1] background[0] camera.fov camera.position[1] preview.exposure");
+}
+
+TEST(Check, FindsBadGrids) {
+  Scene scene = good();
+  scene.medium.components[0].field = DenseGrid{{2, 2, 1}, {0, 1, 2}};
+  EXPECT_EQ(errors(scene), "medium.components[0].field.values");
+  scene.medium.components[0].field = DenseGrid{{2, 1, 1}, {0, NAN}};
+  EXPECT_EQ(errors(scene), "medium.components[0].field.values");
+  scene.medium.components[0].field = DenseGrid{{2, 1, 1}, {0, 1e11f}};
+  EXPECT_EQ(errors(scene), "");
+  scene.medium.components[0].extinction = 11;  // 1.1e12 together
+  EXPECT_EQ(errors(scene), "medium.components[0].extinction");
+}
+
+TEST(Check, KnowsTheOrderThatPhaseFunctionsNeed) {
+  Scene scene = good();
+  EXPECT_EQ(needed_illumination_order(scene), 1);
+  scene.medium.components[0].phase = HenyeyGreensteinPhase{0.0};
+  EXPECT_EQ(needed_illumination_order(scene), 0);
+  scene.medium.components[0].phase = RayleighPhase{};
+  EXPECT_EQ(needed_illumination_order(scene), 2);
+  scene.medium.components[0].albedo = glm::dvec3(0.0);  // scatters nothing
+  EXPECT_EQ(needed_illumination_order(scene), 0);
+  for (const int order : {-1, 2}) {
+    scene = good();
+    scene.illumination_order = order;
+    EXPECT_EQ(errors(scene), "");
+  }
+  scene.illumination_order = 0;
+  EXPECT_EQ(errors(scene), "photons.illumination.order");
+}
+
+TEST(Check, LightMustBeAbleToEnterAndToEnd) {
+  Scene scene = good();
+  scene.medium.sides = {Side::periodic, Side::periodic, Side::periodic};
+  EXPECT_EQ(errors(scene), "lights[0].position");
+  std::get<PointLight>(scene.lights[0]).position = glm::dvec3(0.5);
+  EXPECT_EQ(errors(scene), "");
+  scene.medium.components[0].albedo.y = 1.0;
+  EXPECT_EQ(errors(scene), "medium.sides");
+
+  scene = good();
+  scene.medium.sides = {Side::periodic, Side::open, Side::periodic};
+  scene.lights[0] = DirectionalLight{{1.0, -1.0, 0.0}, glm::dvec3(1.0)};
+  EXPECT_EQ(errors(scene), "");
+  scene.lights[0] = DirectionalLight{{1.0, 0.0, 0.0}, glm::dvec3(1.0)};
+  EXPECT_EQ(errors(scene), "lights[0].direction");
+}
+
+TEST(Check, MemoryGrowsWithPicturesAndGrids) {
+  Scene scene = good();
+  const std::uint64_t small = memory_needed(scene);
+  scene.camera.resolution = {10000, 10000};
+  EXPECT_GT(memory_needed(scene), small + 8'000'000'000u);
+  scene = good();
+  scene.illumination_resolution = {256, 256, 256};
+  EXPECT_GT(memory_needed(scene), small + 1'500'000'000u);
+}
+
+TEST(Check, RangesDescribeThemselves) {
+  EXPECT_EQ(describe({"degrees", 0, 180, true}), "degrees in (0, 180)");
+  EXPECT_EQ(describe({"an integer", 0, 4294967295.0}), "an integer in [0, 4294967295]");
+  EXPECT_EQ(describe({"a number", -1e9, 1e9}), "a number in [-1e+09, 1e+09]");
+  EXPECT_EQ(describe({"a number", 0}), "a number, at least 0");
+  EXPECT_EQ(describe({"a number"}), "a number");
+}
+
+}  // namespace
+}  // namespace tyndall
