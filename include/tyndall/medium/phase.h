@@ -33,24 +33,29 @@ struct Phase {
   /// Density of sample() over solid angle [1/sr]: the sampling is exact.
   TYN_HD float pdf(float cosine) const { return evaluate(cosine); }
 
-  /// \return cosine of the scattering angle for `u` in (0, 1).
+  /// \return cosine of the scattering angle for `u` in (0, 1); it rises with u.
   TYN_HD float sample_cosine(float u) const {
+    const float x = 2.0f * u - 1.0f;
     switch (kind) {
       case Kind::isotropic:
         break;
       case Kind::henyey_greenstein: {  // [HenyeyGreenstein1941], inverted by Witt 1977
-        if (abs(g) < 1e-3f) break;     // there 1 - 2u is off by less than g
-        const float s = (1.0f - g * g) / (1.0f - g + 2.0f * g * u);
-        return clamp((1.0f + g * g - s * s) / (2.0f * g), -1.0f, 1.0f);
+        const float square = 1.0f + g * g, d = 1.0f + g * x;
+        if (abs(g) < 0.1f) {  // the same, multiplied out: nothing cancels where g is small
+          const float numerator = x * square + 0.5f * g * (x * x * square + 3.0f - g * g);
+          return clamp(numerator / (d * d), -1.0f, 1.0f);
+        }
+        const float s = (1.0f - g * g) / d;
+        return clamp((square - s * s) / (2.0f * g), -1.0f, 1.0f);
       }
       case Kind::rayleigh: {  // the cubic c^3 + 3c = 4(2u - 1) [Frisvad2011]
-        const float half = 4.0f * u - 2.0f;
+        const float half = 2.0f * x;
         const float root = cube_root(abs(half) + sqrt(half * half + 1.0f));
         const float c = min(root - 1.0f / root, 1.0f);
         return half < 0.0f ? -c : c;
       }
     }
-    return 1.0f - 2.0f * u;
+    return x;
   }
 
   /// \return a new direction for light that travels along `direction`; u, turn in (0, 1).
