@@ -1,0 +1,174 @@
+#include "tyndall/medium/phase.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "support/statistics.h"
+#include "tyndall/random/random.h"
+
+namespace tyndall {
+namespace {
+
+constexpr double exact_pi = 3.14159265358979323846;
+
+struct Case {
+  std::string name;
+  Phase phase;
+  double mean_cosine;
+};
+
+std::vector<Case> cases() {
+  std::vector<Case> all{{"isotropic", {Phase::Kind::isotropic, 0}, 0},
+                        {"Rayleigh", {Phase::Kind::rayleigh, 0}, 0}};
+  for (float g : {-0.95f, -0.75f, -0.3f, -0.01f, -1.1e-3f, -1e-4f, 0.0f, 1e-4f, 1.1e-3f, 0.01f,
+                  0.3f, 0.75f, 0.95f}) {
+    all.push_back(
+        {"Henyey-Greenstein " + std::to_string(g), {Phase::Kind::henyey_greenstein, g}, g});
+  }
+  return all;
+}
+
+// Integral over the sphere of evaluate() times f(cosine), between two angles.
+template <class F>
+double integral(const Phase& phase, F f, double from = 0, double to = exact_pi, int steps = 20000) {
+  double sum = 0;
+  for (int i = 0; i < steps; ++i) {
+    const double theta = from + (to - from) * (i + 0.5) / steps;
+    sum +=
+        phase.evaluate(static_cast<float>(std::cos(theta))) * f(std::cos(theta)) * std::sin(theta);
+  }
+  return 2 * exact_pi * sum * (to - from) / steps;
+}
+
+TEST(Phase, integrates_to_1_over_the_sphere) {
+  for (const Case& c : cases()) {
+    EXPECT_NEAR(integral(c.phase, [](double) { return 1.0; }), 1, 2e-5) << c.name;
+  }
+}
+
+TEST(Phase, values_are_the_textbook_ones) {
+  const double isotropic = 1 / (4 * exact_pi);
+  EXPECT_NEAR((Phase{}.evaluate(0.3f)), isotropic, 1e-8);
+  const Phase rayleigh{Phase::Kind::rayleigh, 0};
+  EXPECT_NEAR(rayleigh.evaluate(1), 1.5 * isotropic, 1e-7);
+  EXPECT_NEAR(rayleigh.evaluate(0), 0.75 * isotropic, 1e-7);
+  EXPECT_NEAR(rayleigh.evaluate(-1), 1.5 * isotropic, 1e-7);
+  const Phase forwards{Phase::Kind::henyey_greenstein, 0.5f};
+  EXPECT_NEAR(forwards.evaluate(1), isotropic * 0.75 / 0.125, 1e-6);
+  EXPECT_NEAR(forwards.evaluate(-1), isotropic * 0.75 / 3.375, 1e-7);
+  for (const Case& c : cases()) EXPECT_EQ(c.phase.pdf(0.4f), c.phase.evaluate(0.4f)) << c.name;
+}
+
+// Positive g scatters forwards, in what is evaluated as in what is sampled.
+TEST(Phase, mean_cosine_is_g) {
+  for (const Case& c : cases()) {
+    EXPECT_NEAR(integral(c.phase, [](double x) { return x; }), c.mean_cosine, 2e-5) << c.name;
+    double sum = 0;
+    const int n = 1 << 18;
+    for (int i = 0; i < n; ++i) sum += c.phase.sample_cosine((static_cast<float>(i) + 0.5f) / n);
+    EXPECT_NEAR(sum / n, c.mean_cosine, 1e-5) << c.name;
+  }
+}
+
+TEST(Phase, moments_match_quadrature) {
+  for (const Case& c : cases()) {
+    EXPECT_NEAR(c.phase.moment(0), integral(c.phase, [](double) { return 1.0; }), 2e-5) << c.name;
+    EXPECT_NEAR(c.phase.moment(1), integral(c.phase, [](double x) { return x; }), 2e-5) << c.name;
+    EXPECT_NEAR(c.phase.moment(2), integral(c.phase, [](double x) { return 1.5 * x * x - 0.5; }),
+                2e-5)
+        << c.name;
+  }
+}
+
+TEST(Phase, cosines_are_within_minus_1_and_1_and_monotone) {
+  for (const Case& c : cases()) {
+    const bool rises = c.phase.sample_cosine(0.9f) > c.phase.sample_cosine(0.1f);
+    float last = rises ? -1.0f : 1.0f;
+    for (std::uint32_t k = 0; k < 1u << 23; k += k < 4096 || k > (1u << 23) - 4097 ? 1 : 257) {
+      const float cosine = c.phase.sample_cosine(uniform_symmetric(k << 9));
+      ASSERT_GE(cosine, -1.0f) << c.name;
+      ASSERT_LE(cosine, 1.0f) << c.name;
+      ASSERT_GE(rises ? cosine - last : last - cosine, -2e-4f) << c.name;
+      last = cosine;
+    }
+    EXPECT_NEAR(last, rises ? 1 : -1, 1e-4) << c.name;
+  }
+}
+
+TEST(Phase, henyey_greenstein_samples_are_exact_quantiles) {
+  for (const Case& c : cases()) {
+    const double g = c.phase.g;
+    if (c.phase.kind != Phase::Kind::henyey_greenstein || g == 0) continue;
+    for (int i = 0; i < 5000; ++i) {
+      const float u = (static_cast<float>(i) + 0.5f) / 5000;
+      const double cosine = c.phase.sample_cosine(u);
+      const double below =
+          (1 - g * g) / (2 * g) * (1 / std::sqrt(1 + g * g - 2 * g * cosine) - 1 / (1 + g));
+      ASSERT_NEAR(below, u, 1e-4) << c.name;
+    }
+  }
+}
+
+TEST(Phase, rayleigh_samples_solve_the_cubic) {
+  const Phase rayleigh{Phase::Kind::rayleigh, 0};
+  for (int i = 0; i < 100000; ++i) {
+    const float u = (static_cast<float>(i) + 0.5f) / 100000;
+    const double c = rayleigh.sample_cosine(u);
+    ASSERT_NEAR((c * c * c + 3 * c + 4) / 8, u, 3e-7);
+  }
+}
+
+// Directions about an axis, in 40 rings of 8 sectors, against the integral of evaluate() over them.
+TEST(Phase, samples_follow_the_phase_function) {
+  const int rings = 40, sectors = 8, n = 200000;
+  const Vec3f axes[] = {{0, 0, 1}, {0, 0, -1}, normalize(Vec3f{0.6f, -0.7f, -0.2f})};
+  std::vector<double> p;
+  std::uint64_t seed = 0;
+  for (const Case& c : cases()) {
+    std::vector<double> expected;
+    for (int ring = 0; ring < rings; ++ring) {
+      const double share = integral(
+          c.phase, [](double) { return 1.0; }, exact_pi * ring / rings,
+          exact_pi * (ring + 1) / rings, 500);
+      expected.insert(expected.end(), sectors, share / sectors);
+    }
+    for (const Vec3f axis : axes) {
+      const Vec3f s = to_frame_of(axis, {1, 0, 0}), t = to_frame_of(axis, {0, 1, 0});
+      std::vector<std::int64_t> observed(rings * sectors);
+      ++seed;
+      for (int i = 0; i < n; ++i) {
+        const RandomBlock r =
+            RandomStream{seed, static_cast<std::uint64_t>(i), Domain::photon}.block(1,
+                                                                                    Purpose::walk);
+        const Vec3f d = c.phase.sample(axis, uniform_symmetric(r.c), uniform_symmetric(r.d));
+        // From both components: near the axis the cosine alone does not tell the angle.
+        const double across = std::hypot(dot(d, s), dot(d, t));
+        const double theta = std::atan2(across, static_cast<double>(dot(d, axis)));
+        const double phi = std::atan2(dot(d, t), dot(d, s)) / (2 * exact_pi) + 0.5;
+        const int ring = std::min(rings - 1, static_cast<int>(theta / exact_pi * rings));
+        ++observed[static_cast<std::size_t>(
+            ring * sectors + std::min(sectors - 1, static_cast<int>(phi * sectors)))];
+      }
+      p.push_back(test::chi_square_test(observed, expected).p);
+      EXPECT_GT(p.back(), 1e-6) << c.name;
+    }
+  }
+  EXPECT_GT(test::sidak_p(p), 1e-4);
+}
+
+TEST(Phase, sampled_directions_have_unit_length_to_the_end_of_long_walks) {
+  Vec3f d{0, 0, 1};
+  const Phase phase{Phase::Kind::henyey_greenstein, 0.9f};
+  for (std::uint32_t i = 0; i < 100000; ++i) {
+    const RandomBlock r = RandomStream{1, 0, Domain::photon}.block(i, Purpose::walk);
+    d = phase.sample(d, uniform_symmetric(r.c), uniform_symmetric(r.d));
+    ASSERT_NEAR(length(d), 1, 3e-7);
+  }
+}
+
+}  // namespace
+}  // namespace tyndall
