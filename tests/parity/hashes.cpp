@@ -1,0 +1,395 @@
+/// \file
+/// Renders a set of small scenes that together touch every field, phase function, light, sampler
+/// and kind of side, and prints a line per scene: its name, the hash of its tallies, the hash of
+/// its pixels. same_bits.sh compares the lines of differently compiled copies of this program.
+///
+///   hashes [--threads N] [--batch N] [--device cpu|cuda] [--hostile] [SCENE...]
+///
+/// --hostile renders with the caller's rounding upwards and its denormals flushed to zero.
+/// What is computed here is exact in double precision, so that all copies render the same scenes.
+#include <cfenv>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <limits>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#if defined(__SSE__)
+#include <xmmintrin.h>
+#endif
+
+#include "tyndall/base/hash.h"
+#include "tyndall/render/backend.h"
+#include "tyndall/render/render.h"
+
+namespace tyndall::scene {  // whose names hide those of the core: Component, NoiseCloud, ...
+namespace {
+
+// ---- Scenes
+
+/// Small and quick, lit from the side; the functions below change what they are about.
+Scene small() {
+  Scene s;
+  s.medium.majorant_resolution = {5, 4, 6};
+  s.camera.position = {0.75, 1.0, -2.0};
+  s.camera.look_at = {0.5, 0.4375, 0.5};
+  s.camera.resolution = {20, 14};
+  s.photons = 1500;
+  s.illumination_resolution = {6, 5, 4};
+  s.samples = 4;
+  s.seed = 20110101;
+  return s;
+}
+
+Component component(Field field, double extinction, glm::dvec3 albedo, Phase phase = {},
+                    glm::dmat4 transform = glm::dmat4(1.0)) {
+  return {std::move(field), extinction, albedo, phase, transform};
+}
+
+/// Rotation by 3-4-5 and 5-12-13 triangles, shear, uneven scale and a shift; unit cube to about
+/// [0.1, 0.9]^3.
+glm::dmat4 sheared() {
+  glm::dmat4 m(1.0);
+  m[0] = {0.48, 0.36, 0.0625, 0.0};
+  m[1] = {-0.3, 0.46, 0.1875, 0.0};
+  m[2] = {0.125, -0.25, 0.60, 0.0};
+  m[3] = {0.32, 0.21, 0.08, 1.0};
+  return m;
+}
+
+/// A small part of field space: many octaves, few of them larger than the box.
+glm::dmat4 zoomed(double scale, glm::dvec3 shift) {
+  glm::dmat4 m(scale);
+  m[3] = glm::dvec4(shift, 1.0);
+  return m;
+}
+
+DenseGrid grid(std::array<int, 3> size, Interpolation interpolation) {
+  DenseGrid g;
+  g.size = size;
+  g.interpolation = interpolation;
+  const int count = size[0] * size[1] * size[2];
+  for (int i = 0; i < count; ++i) {
+    const auto word = static_cast<std::uint32_t>(mix64(static_cast<std::uint64_t>(i)) >> 48);
+    g.values.push_back((word & 3u) == 0 ? 0.0f : static_cast<float>(word) / 32768.0f);
+  }
+  return g;
+}
+
+/// Plane-parallel layer under an oblique sun.
+Scene slab() {
+  Scene s = small();
+  s.medium.box_max = {3.0, 2.0, 0.7};
+  s.medium.sides = {Side::periodic, Side::periodic, Side::open};
+  s.medium.components = {component(Solid{}, 4.0, {0.9, 0.95, 0.8}, HenyeyGreensteinPhase{0.75})};
+  s.lights = {DirectionalLight{{0.3, -0.2, 0.9}, {10, 9, 8}}};
+  s.background = {0.125, 0.25, 0.5};
+  return s;
+}
+
+/// Light that only absorption ends; the walk wraps along all axes.
+Scene endless() {
+  Scene s = small();
+  s.medium.box_max = {1.0, 0.5, 0.75};
+  s.medium.sides = {Side::periodic, Side::periodic, Side::periodic};
+  s.medium.components = {component(Solid{}, 3.0, {0.7, 0.5, 0.9})};
+  s.lights = {PointLight{{0.25, 0.125, 0.375}, {3, 2, 1}}};
+  s.camera.position = {0.5, 0.25, 0.125};
+  return s;
+}
+
+/// Every body, coloured and black, in every phase function.
+Scene solids() {
+  Scene s = small();
+  s.medium.components = {
+      component(Solid{Sphere{{0.3, 0.3, 0.4}, 0.25}}, 30.0, {0.99, 0.5, 0.25}),
+      component(Solid{Cuboid{{0.55, 0.1, 0.2}, {0.9, 0.45, 0.6}}}, 12.0, glm::dvec3(0.9),
+                HenyeyGreensteinPhase{-0.95}),
+      component(Solid{Torus{{0.5, 0.7, 0.5}, 0.3, 0.11}}, 400.0, glm::dvec3(0.0)),
+      component(Solid{Capsule{{0.2, 0.6, 0.8}, {0.7, 0.8, 0.7}, 0.1}}, 25.0, {0.2, 0.4, 0.99},
+                RayleighPhase{}, sheared()),
+      component(Solid{}, 0.01, glm::dvec3(1.0), HenyeyGreensteinPhase{0.95})};
+  s.lights = {PointLight{{1.5, 1.8, -0.5}, {100, 90, 80}}};
+  return s;
+}
+
+Scene cloud_sphere() {
+  Scene s = small();
+  s.medium.components = {component(NoiseCloud{}, 60.0, glm::dvec3(0.99))};
+  std::get<NoiseCloud>(s.medium.components[0].field).octaves = 5;
+  s.lights = {PointLight{{1.5, 1.8, -0.5}, glm::dvec3(100)}};
+  return s;
+}
+
+/// Far from the origin, where float has few bits left: local space keeps them.
+Scene cloud_ellipsoid() {
+  Scene s = small();
+  const glm::dvec3 origin(700.0, -300.0, 1000.0);
+  glm::dmat4 m = sheared();
+  m[3] += glm::dvec4(origin, 0.0);
+  NoiseCloud cloud;
+  cloud.octaves = 5;
+  cloud.gain = 0.6;
+  cloud.seed = 99;
+  cloud.contrast = 4.0;
+  cloud.coverage = 1.25;
+  cloud.falloff = 1.5;
+  cloud.body = Ellipsoid{{0.5, 0.4, 0.5}, {0.6, 0.45, 0.7}};
+  s.medium.box_min = origin;
+  s.medium.box_max = origin + glm::dvec3(1.0, 1.1, 1.25);
+  s.medium.components = {component(cloud, 40.0, {0.9, 0.99, 0.95}, RayleighPhase{}, m)};
+  s.lights = {EnvironmentLight{{1.0, 2.0, 3.0}}};
+  s.camera.position += origin;
+  s.camera.look_at += origin;
+  s.sampler = Sampler::woodcock;
+  return s;
+}
+
+/// All 15 octaves.
+Scene cloud_layer() {
+  Scene s = small();
+  NoiseCloud cloud;
+  cloud.octaves = 15;
+  cloud.coverage = 0.9;
+  cloud.body = Layer{0.5, 0.05};
+  s.medium.sides = {Side::periodic, Side::open, Side::open};
+  s.medium.components = {component(cloud, 20.0, glm::dvec3(1.0), HenyeyGreensteinPhase{-0.6},
+                                   zoomed(16.0, {-3.0, -7.5, -5.0}))};
+  s.lights = {DirectionalLight{{0.1, -1.0, 0.3}, glm::dvec3(5)}};
+  s.illumination_resolution = {33, 1, 2};
+  s.illumination_order = 1;
+  return s;
+}
+
+Scene cloud_everywhere() {
+  Scene s = small();
+  NoiseCloud cloud;
+  cloud.octaves = 4;
+  cloud.coverage = 0.25;
+  cloud.contrast = 1.5;
+  cloud.body = Everywhere{};
+  s.medium.components = {component(cloud, 8.0, {0.8, 0.9, 1.0})};
+  s.lights = {PointLight{{0.5, 0.625, 0.375}, {1, 2, 3}}};
+  s.photons = 700;
+  s.samples = 2;
+  s.sampler = Sampler::ray_marching;
+  return s;
+}
+
+Scene plume() {
+  Scene s = small();
+  NoiseCloud cloud;
+  cloud.octaves = 6;
+  cloud.contrast = 2.0;
+  cloud.body = Plume{{0.5, 0.0, 0.5}, 1.0, 0.125, 0.4, {0.2, -0.15}};
+  s.medium.box_max = {1.0, 1.5, 1.0};
+  s.medium.majorant_resolution = {6, 9, 6};
+  s.medium.components = {component(cloud, 35.0, {0.85, 0.8, 0.75}, HenyeyGreensteinPhase{0.4},
+                                   zoomed(1.5, {-0.25, 0.0, -0.25}))};
+  s.lights = {PointLight{{0.5, -0.5, 0.5}, {50, 30, 10}},
+              DirectionalLight{{1.0, -0.5, 0.25}, {1, 1, 2}}};
+  return s;
+}
+
+Scene grid_trilinear() {
+  Scene s = small();
+  s.medium.components = {component(grid({7, 5, 3}, Interpolation::trilinear), 6.0,
+                                   {0.95, 0.9, 0.85}, RayleighPhase{}, sheared())};
+  s.lights = {EnvironmentLight{glm::dvec3(1.0)}, PointLight{{-1.0, 0.5, 0.5}, {20, 0, 0}}};
+  return s;
+}
+
+Scene grid_nearest() {
+  Scene s = small();
+  s.medium.majorant_resolution = {1, 1, 1};
+  s.medium.components = {component(grid({4, 9, 6}, Interpolation::nearest), 9.0, glm::dvec3(0.97))};
+  s.lights = {DirectionalLight{{0.0, 0.0, 1.0}, {3, 3, 3}}};
+  s.illumination_order = 2;
+  return s;
+}
+
+/// Fog of 1e-3 and a body of 1e4, smoke and a grid, under every light at once.
+Scene mixed() {
+  Scene s = small();
+  NoiseCloud cloud;
+  cloud.octaves = 4;
+  s.medium.box_min = {-0.25, 0.0, -0.5};
+  s.medium.box_max = {1.25, 1.0, 1.5};
+  s.medium.components = {
+      component(Solid{Sphere{{0.25, 0.5, 0.5}, 0.125}}, 1e4, glm::dvec3(0.0)),
+      component(cloud, 30.0, {0.99, 0.9, 0.8}, HenyeyGreensteinPhase{0.85}),
+      component(grid({5, 5, 5}, Interpolation::trilinear), 2.0, {0.5, 0.75, 1.0}, RayleighPhase{}),
+      component(Solid{}, 1e-3, glm::dvec3(1.0))};
+  s.lights = {PointLight{{0.5, 0.9375, 0.5}, {5, 6, 7}},
+              DirectionalLight{{-1.0, -1.0, 1.0}, {1, 2, 3}}, EnvironmentLight{{0.25, 0.5, 0.75}}};
+  s.background = {1.0, 0.5, 0.25};
+  return s;
+}
+
+Scene mixed_woodcock() {
+  Scene s = mixed();
+  s.medium.components.erase(s.medium.components.begin());
+  s.sampler = Sampler::woodcock;
+  s.seed = std::numeric_limits<std::uint64_t>::max();
+  return s;
+}
+
+Scene mixed_marching() {
+  Scene s = mixed();
+  s.sampler = Sampler::ray_marching;
+  s.marching_step = 0.0625;
+  s.photons = 700;
+  return s;
+}
+
+struct Named {
+  const char* name;
+  Scene (*make)();
+};
+
+constexpr Named scenes[] = {
+    {"slab", slab},
+    {"endless", endless},
+    {"solids", solids},
+    {"cloud_sphere", cloud_sphere},
+    {"cloud_ellipsoid", cloud_ellipsoid},
+    {"cloud_layer", cloud_layer},
+    {"cloud_everywhere", cloud_everywhere},
+    {"plume", plume},
+    {"grid_trilinear", grid_trilinear},
+    {"grid_nearest", grid_nearest},
+    {"mixed", mixed},
+    {"mixed_woodcock", mixed_woodcock},
+    {"mixed_marching", mixed_marching},
+};
+
+// ---- The caller's floating-point environment
+
+/// Sets what a host program might have set before it called render().
+void make_hostile() {
+  std::fesetround(FE_UPWARD);
+#if defined(__SSE__)
+  _mm_setcsr(_mm_getcsr() | 0x8040u);  // flush to zero, denormals are zero
+#elif defined(__aarch64__)
+  std::uint64_t fpcr;
+  __asm__ volatile("mrs %0, fpcr" : "=r"(fpcr));
+  fpcr |= std::uint64_t{1} << 24;  // flush to zero
+  __asm__ volatile("msr fpcr, %0" : : "r"(fpcr));
+#endif
+}
+
+/// Whether this thread rounds up and flushes denormals; at run time, past the compiler's own
+/// arithmetic.
+bool is_hostile() {
+  volatile float one = 1.0f, tiny = 1e-30f, smallest = std::numeric_limits<float>::min();
+  const volatile float sum = one + tiny, half = smallest * 0.5f;
+#if defined(__SSE__) || defined(__aarch64__)
+  return sum > 1.0f && half == 0.0f;
+#else
+  return sum > 1.0f && half > 0.0f;
+#endif
+}
+
+// ---- Program
+
+struct Options {
+  int threads = 0;
+  std::uint64_t batch = 0;
+  bool cuda = false, hostile = false;
+  std::vector<std::string> names;
+};
+
+Options parse(int argc, char** argv) {
+  Options options;
+  const auto value = [&](int& i) -> const char* {
+    if (++i < argc) return argv[i];
+    std::fprintf(stderr, "%s needs a value\n", argv[i - 1]);
+    std::exit(2);
+  };
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    if (argument == "--threads") {
+      options.threads = std::atoi(value(i));
+    } else if (argument == "--batch") {
+      options.batch = std::strtoull(value(i), nullptr, 10);
+    } else if (argument == "--device") {
+      options.cuda = std::string(value(i)) == "cuda";
+    } else if (argument == "--hostile") {
+      options.hostile = true;
+    } else if (argument[0] == '-') {
+      std::fprintf(stderr, "unknown option %s\n", argument.c_str());
+      std::exit(2);
+    } else {
+      options.names.push_back(argument);
+    }
+  }
+  return options;
+}
+
+std::unique_ptr<Backend> make_backend(const Options& options) {
+#if defined(TYNDALL_CUDA)
+  if (options.cuda) return make_cuda_backend();
+#endif
+  if (options.cuda) throw std::runtime_error("this program was built without CUDA");
+  return make_cpu_backend(options.threads);
+}
+
+bool wanted(const Options& options, const char* name) {
+  if (options.names.empty()) return true;
+  for (const std::string& n : options.names)
+    if (n == name) return true;
+  return false;
+}
+
+int run(const Options& options) {
+  int faults = 0;
+  std::printf("arithmetic_version %d\n", arithmetic_version);
+  const auto backend = make_backend(options);
+  for (const Named& named : scenes) {
+    if (!wanted(options, named.name)) continue;
+    const Scene scene = named.make();
+    RenderOptions render_options;
+    render_options.batch = options.batch;
+
+    std::fenv_t before;
+    std::fegetenv(&before);
+    if (options.hostile) make_hostile();
+    const RenderResult result = render(scene, *backend, render_options);
+    const bool kept = !options.hostile || is_hostile();
+    std::fesetenv(&before);
+
+    std::printf("%s %016llx %016llx\n", named.name,
+                static_cast<unsigned long long>(result.hashes.tallies),
+                static_cast<unsigned long long>(result.hashes.pixels));
+    std::fflush(stdout);
+    if (!kept) {
+      std::fprintf(stderr, "%s: render() did not restore its caller's rounding\n", named.name);
+      ++faults;
+    }
+    // A scene that exercises next to nothing would agree everywhere and prove nothing.
+    if (result.shoot.real < 100 || result.gather.real < 100 || result.shoot.violations != 0) {
+      std::fprintf(stderr, "%s: %lld and %lld real collisions, %lld violations of a majorant\n",
+                   named.name, static_cast<long long>(result.shoot.real),
+                   static_cast<long long>(result.gather.real),
+                   static_cast<long long>(result.shoot.violations));
+      ++faults;
+    }
+  }
+  return faults == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace tyndall::scene
+
+int main(int argc, char** argv) {
+  try {
+    return tyndall::scene::run(tyndall::scene::parse(argc, argv));
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return 1;
+  }
+}

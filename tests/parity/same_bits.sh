@@ -1,0 +1,145 @@
+#!/usr/bin/env bash
+# One seed gives one result, bit for bit, whatever compiled it: tests/parity/hashes.cpp, built by each compiler that is
+# here at several levels of optimisation and for several processors, prints the hashes in tests/golden/hashes.txt. So
+# does it on any number of threads, with batches of any size, and called with another rounding mode.
+#
+#   same_bits.sh [--print]
+#
+# CXX stands for g++ or for clang++, whichever it is. --print prints the hashes that g++ -O2 gives and compares nothing.
+# Ends with 77 (skipped) where nothing could be compared.
+set -euo pipefail
+cd "${TYNDALL_SOURCE_DIR:-$(dirname "${BASH_SOURCE[0]}")/../..}"
+goldens=tests/golden/hashes.txt
+scratch=$(mktemp -d)
+trap 'jobs -pr | xargs -r kill; rm -rf "$scratch"' EXIT
+
+gnu=g++ clang=clang++
+if [[ -n ${CXX:-} ]]; then
+  if "$CXX" --version | grep -q clang; then clang=$CXX; else gnu=$CXX; fi
+fi
+launcher=()
+if command -v ccache >/dev/null; then
+  launcher=(ccache)
+  # What -march=native means is part of what it compiles.
+  grep -m1 -E '^(flags|Features)' /proc/cpuinfo >"$scratch/processor" || true
+  export CCACHE_EXTRAFILES=$scratch/processor
+fi
+
+# build NAME COMPILER FLAG...: the program $scratch/NAME/hashes, without TBB and with header-only packages alone.
+build() {
+  local name=$1 compiler=$2 source object objects=()
+  shift 2
+  mkdir "$scratch/$name"
+  for source in src/render/*.cpp src/host/*.cpp tests/parity/hashes.cpp; do
+    object=$scratch/$name/${source//\//_}.o
+    "${launcher[@]}" "$compiler" -std=c++20 -ffp-contract=off "$@" -DFMT_HEADER_ONLY -Iinclude \
+      -c "$source" -o "$object" || return 1
+    objects+=("$object")
+  done
+  "$compiler" "$@" "${objects[@]}" -pthread -o "$scratch/$name/hashes"
+}
+
+if [[ ${1:-} == --print ]]; then
+  build print "$gnu" -O2 -DNDEBUG
+  "$scratch/print/hashes"
+  exit
+fi
+
+# compare RUN FILE: says which scenes of FILE differ from the goldens, and in what.
+compare() {
+  awk -v run="$1" '
+    /^#/ { next }
+    NR == FNR { golden[$1] = $0; next }
+    { seen[$1] = 1 }
+    golden[$1] != $0 {
+      split(golden[$1], expected)
+      what = expected[2] == $2 ? "pixels differ" : (expected[3] == $3 ? "tallies differ" : "tallies and pixels differ")
+      printf "DIFFERS: %s: %s: %s: got %s %s, expected %s %s\n", run, $1, what, $2, $3, expected[2], expected[3]
+      bad = 1
+    }
+    END {
+      for (scene in golden) if (!(scene in seen)) { printf "DIFFERS: %s: %s is missing\n", run, scene; bad = 1 }
+      exit bad
+    }' "$goldens" "$2"
+}
+
+# check NAME RUNNER COMPILER FLAG...: one variant. Its runs end up in NAME.passed and NAME.failed.
+check() {
+  local name=$1 runner=$2 options out runs=("--threads 2" "--threads 7 --batch 1000 --hostile")
+  shift 2
+  if [[ $name == gnu-O2-v3 ]]; then runs+=("--threads 1" "--threads 7" "--threads 1 --batch 37"); fi
+  if ! build "$name" "$@" 2>"$scratch/$name.errors"; then
+    echo "$name does not compile:"
+    grep -m5 -E 'error|not found|undefined' "$scratch/$name.errors" || tail -5 "$scratch/$name.errors"
+    echo build >>"$scratch/$name.failed"
+    return
+  fi
+  out=$scratch/$name/out
+  for options in "${runs[@]}"; do
+    # shellcheck disable=SC2086  # several words each
+    if $runner "$scratch/$name/hashes" $options >"$out" && compare "$name $options" "$out"; then
+      echo "$options" >>"$scratch/$name.passed"
+    else
+      echo "$options" >>"$scratch/$name.failed"
+    fi
+  done
+}
+
+names=()
+skipped=0
+skip() {
+  echo "SKIPPED: $1: $2"
+  skipped=$((skipped + 1))
+}
+
+# variant NAME RUNNER COMPILER FLAG...: starts its check, two at a time, or says why not.
+variant() {
+  if ! command -v "$3" >/dev/null; then
+    skip "$1" "no $3 here"
+    return
+  fi
+  while (($(jobs -pr | wc -l) >= 2)); do wait -n || true; done
+  names+=("$1")
+  check "$@" >"$scratch/$1.log" 2>&1 &
+}
+
+host=$(uname -m)
+if [[ $host != aarch64 ]]; then
+  qemu=$(command -v qemu-aarch64 || command -v qemu-aarch64-static || true)
+  if [[ -n $qemu ]]; then
+    variant arm64 "$qemu" aarch64-linux-gnu-g++ -O2 -DNDEBUG -static
+  else
+    skip arm64 "no qemu-aarch64 here"
+  fi
+fi
+if [[ $host == x86_64 ]]; then
+  variant gnu-native "" "$gnu" -O3 -DNDEBUG -march=native
+  variant clang-native "" "$clang" -O3 -DNDEBUG -march=native
+  if grep -qw avx2 /proc/cpuinfo && grep -qw fma /proc/cpuinfo && grep -qw bmi2 /proc/cpuinfo; then
+    variant gnu-O2-v3 "" "$gnu" -O2 -DNDEBUG -march=x86-64-v3
+    variant clang-O2-v3 "" "$clang" -O2 -DNDEBUG -march=x86-64-v3
+  else
+    skip gnu-O2-v3 "this processor is no x86-64-v3"
+    skip clang-O2-v3 "this processor is no x86-64-v3"
+  fi
+fi
+variant gnu-O2 "" "$gnu" -O2 -DNDEBUG
+variant clang-O0 "" "$clang" -O0
+variant gnu-O0 "" "$gnu" -O0
+wait
+
+passed=0 failed=0
+count() { if [[ -e $1 ]]; then wc -l <"$1"; else echo 0; fi; }
+for name in "${names[@]}"; do
+  good=$(count "$scratch/$name.passed") bad=$(count "$scratch/$name.failed")
+  cat "$scratch/$name.log"
+  echo "$name: $good runs agree, $bad do not"
+  passed=$((passed + good)) failed=$((failed + bad))
+done
+echo "${#names[@]} variants, $passed runs agree with $goldens, $failed do not; $skipped variants skipped"
+if ((failed > 0)); then
+  echo "Where all variants differ alike, the arithmetic changed: if that was meant, raise arithmetic_version and run"
+  echo "tests/golden/update_goldens.sh. Where only some do, results depend on the compiler: find out why."
+  exit 1
+fi
+if ((passed == 0)); then exit 77; fi
