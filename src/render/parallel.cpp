@@ -9,6 +9,7 @@
 
 #if defined(TYNDALL_TBB)
 #include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 #endif
@@ -24,6 +25,10 @@ void parallel_for(std::uint64_t begin, std::uint64_t end, std::uint64_t grain, i
                   const std::function<void(std::uint64_t, std::uint64_t)>& body) {
   if (begin >= end) return;
   using Chunk = oneapi::tbb::blocked_range<std::uint64_t>;
+  // Left alone, TBB runs no more threads than the machine has, and prints a warning if asked to.
+  using Control = oneapi::tbb::global_control;
+  const Control allowed(Control::max_allowed_parallelism,
+                        static_cast<std::size_t>(std::max(thread_count(threads), thread_count(0))));
   oneapi::tbb::task_arena arena(thread_count(threads));
   arena.execute([&] {
     oneapi::tbb::parallel_for(
