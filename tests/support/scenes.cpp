@@ -167,6 +167,20 @@ double OpticalDepth::at(double distance) const {
 Tallies shoot(const Scene& scene) { return run(scene, false); }
 Tallies shoot_and_measure(const Scene& scene) { return run(scene, true); }
 
+std::vector<RenderResult> replicates(Scene scene, int count) {
+  const auto backend = make_cpu_backend();
+  std::vector<RenderResult> results;
+  for (int i = 0; i < count; ++i, ++scene.seed) results.push_back(render(scene, *backend));
+  return results;
+}
+
+double mean_of_picture(const RenderResult& result, int channel) {
+  const std::vector<float>& rgba = result.picture.rgba;
+  double sum = 0;
+  for (std::size_t i = static_cast<std::size_t>(channel); i < rgba.size(); i += 4) sum += rgba[i];
+  return 4 * sum / static_cast<double>(rgba.size());
+}
+
 double student_p(double t, int degrees_of_freedom) {
   if (std::isnan(t)) return 0;
   const int n = degrees_of_freedom;

@@ -81,6 +81,20 @@ Tallies shoot(const Scene& scene);
 /// The same, and measures the matter.
 Tallies shoot_and_measure(const Scene& scene);
 
+/// Renders `scene` on the CPU with `count` seeds from its own one on: replicates of its picture.
+std::vector<RenderResult> replicates(Scene scene, int count);
+
+/// measure(result) of every replicate.
+template <class Measure>
+Series series(const std::vector<RenderResult>& results, Measure&& measure) {
+  Series s;
+  for (const RenderResult& result : results) s.add(measure(result));
+  return s;
+}
+
+/// Mean of a channel over the picture: 0 to 2 red, green and blue, 3 alpha.
+double mean_of_picture(const RenderResult& result, int channel = 0);
+
 // ---- Statistics of few replicates
 
 /// Two-sided p of Student's t.

@@ -104,6 +104,25 @@ ChiSquare chi_square_test(const std::vector<std::int64_t>& observed) {
   return chi_square_test(observed, std::vector<double>(observed.size(), 1.0));
 }
 
+ChiSquare homogeneity_test(const std::vector<std::vector<std::int64_t>>& rows) {
+  std::vector<double> columns(rows.at(0).size(), 0.0);
+  for (const std::vector<std::int64_t>& row : rows) {
+    for (std::size_t i = 0; i < columns.size(); ++i) columns[i] += static_cast<double>(row.at(i));
+  }
+  ChiSquare result;
+  for (const std::vector<std::int64_t>& row : rows) {
+    const ChiSquare one = chi_square_test(row, columns);
+    if (&row != &rows[0] && one.degrees_of_freedom != result.degrees_of_freedom) {
+      throw std::invalid_argument("homogeneity_test: expected rows of like totals");
+    }
+    result.statistic += one.statistic;
+    result.degrees_of_freedom = one.degrees_of_freedom;
+  }
+  result.degrees_of_freedom *= static_cast<double>(rows.size() - 1);
+  result.p = chi_square_p(result.statistic, result.degrees_of_freedom);
+  return result;
+}
+
 double kolmogorov_smirnov_test(std::vector<double> samples,
                                const std::function<double(double)>& cdf) {
   std::sort(samples.begin(), samples.end());

@@ -35,6 +35,9 @@ ChiSquare chi_square_test(const std::vector<std::int64_t>& observed, std::vector
 /// The same against equal expectations.
 ChiSquare chi_square_test(const std::vector<std::int64_t>& observed);
 
+/// Pearson's test of rows of counts, of like totals, as draws from one distribution.
+ChiSquare homogeneity_test(const std::vector<std::vector<std::int64_t>>& rows);
+
 /// p of `samples` as draws from the continuous distribution function `cdf`.
 double kolmogorov_smirnov_test(std::vector<double> samples,
                                const std::function<double(double)>& cdf);
