@@ -1,0 +1,165 @@
+/// \file
+/// What the tallies promise on average: the roulette takes what it gives, the matter of a cell is
+/// measured better than its light, and no look-up ever leaves the bounds of its super-voxel.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include <glm/ext/matrix_transform.hpp>
+
+#include "support/scenes.h"
+
+namespace tyndall::test {
+namespace {
+
+constexpr double level = 1e-4;
+
+// ---- Roulette
+
+TEST(Roulette, takes_and_gives_the_same_power_in_every_colour) {
+  Scene scene = furnace({component(low_variation(4), 20, 1, scene::HenyeyGreensteinPhase{0.3}),
+                         component(scene::Solid{}, 3, 1)});
+  scene.medium.components[0].albedo = {0.99, 0.8, 0.5};
+  scene.medium.components[1].albedo = {0.3, 0.6, 0.7};
+  scene.lights = {scene::EnvironmentLight{{1, 0.6, 0.8}}};
+  scene.photons = 30000;
+  Series roulette[3];
+  for (scene.seed = 1; scene.seed <= 16; ++scene.seed) {
+    const Ledger ledger = shoot(scene).account.ledger;
+    for (int c = 0; c < 3; ++c) {
+      roulette[c].add(static_cast<double>(ledger.roulette_power[c])
+                      / static_cast<double>(ledger.shot_power[c]));
+    }
+  }
+  for (const Series& share : roulette) {
+    EXPECT_GT(replicates_p(share, 0), level / 3) << share.mean();
+    EXPECT_LT(share.standard_error(), 0.002);
+  }
+}
+
+// ---- Matter
+
+/// D of some cells by a quadrature of `strata` cubed points [length^2, but for a factor].
+std::vector<double> matter(const PreparedScene& scene, const std::vector<std::uint64_t>& cells,
+                           int strata, std::uint64_t seed) {
+  std::vector<std::int64_t> sums(scene.cells.count());
+  std::visit(
+      [&]<class Medium>(const Medium& medium) {
+        const MatterPass<Medium> pass{
+            medium, seed, scene.cells, scene.cell_size, strata, scene.matter_scale, sums.data()};
+        for (const std::uint64_t cell : cells) pass(cell);
+      },
+      scene.medium);
+  std::vector<double> result;
+  for (const std::uint64_t cell : cells) {
+    result.push_back(static_cast<double>(sums[cell]) / (strata * strata * strata));
+  }
+  return result;
+}
+
+struct MatterErrors {
+  double all;        ///< rms error of D over that of N, over all light
+  double too_large;  ///< share of the light that is in cells where it is more than half
+};
+
+/// The errors of D in the cells of the default grid, in units of those of the default number of
+/// photons: those of N are Poisson's at least.
+MatterErrors matter_errors(scene::Field field) {
+  Scene scene = furnace({component(std::move(field), 60, 0.99)});
+  scene.medium.majorant_resolution = {8, 8, 8};
+  scene.lights = {scene::PointLight{{1.5, 1.8, -0.5}, glm::dvec3(100)}};
+  scene.illumination_resolution = Scene{}.illumination_resolution;
+  scene.photons = Scene{}.photons;
+  const Tallies tallies = shoot(scene);
+  std::vector<std::uint64_t> cells;
+  for (std::uint64_t i = 0; i < tallies.scene.cells.count(); i += 97) cells.push_back(i);
+  const std::vector<double> exact = matter(tallies.scene, cells, 16, 999);
+  const int seeds = 6;
+  std::vector<double> variance(cells.size(), 0.0);
+  for (int seed = 1; seed <= seeds; ++seed) {
+    const std::vector<double> d =
+        matter(tallies.scene, cells, tallies.scene.strata, static_cast<std::uint64_t>(seed));
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (exact[i] > 0) variance[i] += std::pow(d[i] / exact[i] - 1, 2) / seeds;
+    }
+  }
+  double matter_error = 0, light = 0, bad = 0;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    const double collisions = static_cast<double>(tallies.illumination[cells[i] * 3])
+                              / (0.28209479 * double{weight_units});
+    if (exact[i] <= 0) continue;
+    matter_error += collisions * collisions * variance[i];
+    light += collisions;
+    if (variance[i] * collisions > 0.25) bad += collisions;
+  }
+  return {std::sqrt(matter_error / light), bad / light};
+}
+
+TEST(Matter, of_a_cloud_is_measured_better_than_its_light) {
+  const MatterErrors errors = matter_errors(low_variation(8));
+  std::printf("cloud:  %.3f of the light's error; over half in %.2g of the light\n", errors.all,
+              errors.too_large);
+  EXPECT_LT(errors.all, 0.1);
+  EXPECT_LT(errors.too_large, 1e-3);
+}
+
+// The edge of a solid is the hardest: cells cut at random by a surface, and the most light there.
+TEST(Matter, of_a_solid_is_measured_better_than_its_light) {
+  const MatterErrors errors = matter_errors(scene::Solid{scene::Sphere{{0.5, 0.5, 0.5}, 0.4}});
+  std::printf("sphere: %.3f of the light's error; over half in %.2g of the light\n", errors.all,
+              errors.too_large);
+  EXPECT_LT(errors.all, 0.4);
+  EXPECT_LT(errors.too_large, 0.08);
+}
+
+// ---- Bounds
+
+TEST(Bounds, hold_at_every_look_up_of_every_field_and_sampler) {
+  const auto with = [](scene::CloudBody body, int octaves) {
+    scene::NoiseCloud cloud = high_variation(octaves);
+    cloud.body = body;
+    cloud.coverage = 0.6;
+    return cloud;
+  };
+  scene::DenseGrid nearest = random_grid(3, 5, 4, 8);
+  nearest.interpolation = scene::Interpolation::nearest;
+  const scene::Field fields[] = {scene::Solid{},
+                                 scene::Solid{scene::Sphere{}},
+                                 scene::Solid{scene::Cuboid{}},
+                                 scene::Solid{scene::Torus{}},
+                                 scene::Solid{scene::Capsule{}},
+                                 low_variation(6),
+                                 high_variation(7),
+                                 with(scene::Ellipsoid{}, 5),
+                                 with(scene::Layer{}, 6),
+                                 with(scene::Everywhere{}, 3),
+                                 with(scene::Plume{}, 5),
+                                 random_grid(7, 3, 5, 9),
+                                 nearest};
+  glm::dmat4 sheared = glm::rotate(glm::dmat4(1), 0.7, {1, 2, 3});
+  sheared = glm::scale(sheared, {0.8, 1.3, 0.6});
+  sheared[1][0] += 0.3;
+  for (const scene::Field& field : fields) {
+    for (const bool mixed : {false, true}) {
+      for (const scene::Sampler sampler : {scene::Sampler::super_voxel, scene::Sampler::woodcock}) {
+        Scene scene = furnace({component(field, 30, 0.97, scene::HenyeyGreensteinPhase{-0.3})});
+        scene.medium.components[0].transform = sheared;
+        if (mixed) scene.medium.components.push_back(component(random_grid(4, 4, 4, 3), 2, 0.9));
+        scene.medium.majorant_resolution = {3, 4, 2};
+        if (sampler == scene::Sampler::woodcock) scene.medium.majorant_resolution = {1, 1, 1};
+        scene.sampler = sampler;
+        scene.photons = 4000;
+        scene.samples = 8;
+        const RenderResult result = render(scene, *make_cpu_backend());
+        EXPECT_EQ(result.shoot.violations, 0) << field.index();
+        EXPECT_EQ(result.gather.violations, 0) << field.index();
+        EXPECT_GT(result.shoot.tentative, 1000);
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tyndall::test

@@ -1,0 +1,104 @@
+/// \file
+/// What must not change a result: super-voxels, samplers, and how a medium is cut into components.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <numeric>
+
+#include "support/scenes.h"
+
+namespace tyndall::test {
+namespace {
+
+constexpr double level = 1e-4;
+constexpr int seeds = 8;
+
+/// Scenes that should look the same are told apart by how often photons leave through each face, by
+/// how often they end within, and by the means of their pictures.
+void expect_alike(std::vector<Scene> scenes) {
+  std::vector<std::vector<std::int64_t>> fates;
+  std::vector<Series> light, alpha;
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    Scene& scene = scenes[i];
+    scene.seed = 1 + 1000 * i;  // equal seeds would mean equal photons
+    std::vector<std::int64_t> counts(7, 0);
+    const std::vector<RenderResult> results = replicates(scene, seeds);
+    for (const RenderResult& r : results) {
+      EXPECT_EQ(r.shoot.violations + r.gather.violations, 0);
+      for (std::size_t face = 0; face < 6; ++face) counts[face] += r.ledger.escaped[face];
+      counts[6] += std::accumulate(std::begin(r.ledger.absorbed), std::end(r.ledger.absorbed),
+                                   r.ledger.rouletted);
+    }
+    fates.push_back(counts);
+    light.push_back(series(results, [](const RenderResult& r) { return mean_of_picture(r, 0); }));
+    alpha.push_back(series(results, [](const RenderResult& r) { return mean_of_picture(r, 3); }));
+    EXPECT_LT(light[i].standard_error(), 0.01 * light[i].mean()) << "too noisy to tell";
+  }
+  EXPECT_GT(homogeneity_test(fates).p, level);
+  const double pairs = 2 * static_cast<double>(scenes.size() - 1);
+  for (std::size_t i = 1; i < scenes.size(); ++i) {
+    EXPECT_GT(replicates_p(light[0], light[i]), level / pairs)
+        << "scene " << i << ": " << light[i].mean() << ", not " << light[0].mean();
+    EXPECT_GT(replicates_p(alpha[0], alpha[i]), level / pairs)
+        << "scene " << i << ": " << alpha[i].mean() << ", not " << alpha[0].mean();
+  }
+}
+
+/// A cloud with albedo 0.9, lit from one side.
+Scene lit(std::vector<scene::Component> components) {
+  Scene scene = furnace(std::move(components));
+  scene.lights = {scene::DirectionalLight{{0.3, -1, 0.5}, glm::dvec3(3)}};
+  scene.photons = 30000;
+  scene.samples = 64;
+  return scene;
+}
+
+std::vector<Scene> of_all_resolutions(const Scene& scene) {
+  std::vector<Scene> scenes;
+  for (const auto& resolution : {std::array{32, 32, 32}, std::array{1, 1, 1}, std::array{4, 4, 4},
+                                 std::array{128, 16, 64}}) {
+    scenes.push_back(scene);
+    scenes.back().medium.majorant_resolution = resolution;
+  }
+  scenes.push_back(scene);
+  scenes.back().sampler = scene::Sampler::woodcock;
+  return scenes;
+}
+
+const scene::Phase forward = scene::HenyeyGreensteinPhase{0.4};
+
+TEST(SuperVoxels, change_nothing_of_a_cloud_but_the_speed) {
+  expect_alike(of_all_resolutions(lit({component(low_variation(5), 20, 0.9, forward)})));
+}
+
+TEST(SuperVoxels, change_nothing_of_a_mixed_medium_but_the_speed) {
+  expect_alike(of_all_resolutions(
+      lit({component(random_grid(4, 3, 5, 21), 3, 0.8), component(scene::Solid{}, 0.3),
+           component(scene::Solid{scene::Sphere{{0.4, 0.5, 0.6}, 0.2}}, 40, 0)})));
+}
+
+TEST(Components, two_clouds_of_half_the_density_are_one) {
+  const auto cloud = [](double extinction) {
+    return component(low_variation(6), extinction, 0.9, forward);
+  };
+  expect_alike({lit({cloud(16)}), lit({cloud(8), cloud(8)}), lit({cloud(1), cloud(12), cloud(3)})});
+}
+
+TEST(Components, an_absorber_may_be_split) {
+  const auto fog = component(scene::Solid{}, 2, 1);
+  const auto soot = [](double extinction) {
+    return component(scene::Solid{scene::Sphere{{0.5, 0.5, 0.5}, 0.3}}, extinction, 0);
+  };
+  expect_alike({lit({fog, soot(3)}), lit({fog, soot(1), soot(2)}),
+                lit({soot(1), fog, soot(0.5), soot(1.5)})});
+}
+
+TEST(Components, absorption_may_be_an_albedo_or_a_black_component) {
+  const auto cloud = [](double extinction, double albedo) {
+    return component(low_variation(6), extinction, albedo, forward);
+  };
+  expect_alike({lit({cloud(20, 0.8)}), lit({cloud(16, 1), cloud(4, 0)})});
+}
+
+}  // namespace
+}  // namespace tyndall::test
