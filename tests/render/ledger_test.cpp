@@ -1,0 +1,172 @@
+/// \file
+/// The account of photons and power: it closes to the last unit, and render() refuses one that does
+/// not.
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <numeric>
+
+#include "support/scenes.h"
+#include "tyndall/render/error.h"
+
+namespace tyndall::test {
+namespace {
+
+/// A CPU backend whose account of the photons is tampered with once.
+class Tampering final : public Backend {
+ public:
+  explicit Tampering(std::function<void(Ledger&)> tamper) : tamper_(std::move(tamper)) {}
+
+  std::string name() const override { return cpu_->name(); }
+  int threads() const override { return cpu_->threads(); }
+  void load(const PreparedScene& scene) override { cpu_->load(scene); }
+  void shoot(IndexRange photons) override { cpu_->shoot(photons); }
+  void measure_matter(IndexRange cells) override { cpu_->measure_matter(cells); }
+  std::vector<std::int64_t> take_illumination() override { return cpu_->take_illumination(); }
+  std::vector<std::int64_t> take_matter() override { return cpu_->take_matter(); }
+  Account take_account() override {
+    Account account = cpu_->take_account();
+    if (account.ledger.shot > 0) tamper_(account.ledger);
+    return account;
+  }
+  void illuminate(const std::vector<float>& numerator,
+                  const std::vector<float>& denominator) override {
+    cpu_->illuminate(numerator, denominator);
+  }
+  void gather(IndexRange samples) override { cpu_->gather(samples); }
+  FilmTallies take_film() override { return cpu_->take_film(); }
+
+ private:
+  std::unique_ptr<Backend> cpu_ = make_cpu_backend();
+  std::function<void(Ledger&)> tamper_;
+};
+
+/// Coloured and black, with photons that miss.
+Scene coloured() {
+  Scene scene = furnace({component(low_variation(4), 20, 1, scene::HenyeyGreensteinPhase{0.3}),
+                         component(scene::Solid{scene::Sphere{{0.3, 0.4, 0.5}, 0.2}}, 10),
+                         component(scene::Solid{scene::Sphere{{0.6, 0.5, 0.7}, 0.1}}, 50, 0)});
+  scene.medium.components[0].albedo = {0.99, 0.7, 0.4};
+  scene.medium.components[1].albedo = {0.3, 0.8, 0.6};
+  scene.lights = {scene::PointLight{{2, 2, 2}, {3, 5, 4}}, scene::EnvironmentLight{{0.1, 0.2, 1}}};
+  scene.photons = 20000;
+  scene.samples = 1;
+  scene.camera.resolution = {2, 2};
+  return scene;
+}
+
+std::string failure(const Scene& scene, Backend&& backend, ExitCode code) {
+  try {
+    render(scene, backend);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), code) << error.what();
+    return error.what();
+  }
+  return "";
+}
+
+TEST(LedgerOfPhotons, closes_in_integers_and_every_fate_occurs) {
+  const Ledger ledger = shoot(coloured()).account.ledger;
+  const std::int64_t escaped =
+      std::accumulate(std::begin(ledger.escaped), std::end(ledger.escaped), std::int64_t{0});
+  const std::int64_t absorbed =
+      std::accumulate(std::begin(ledger.absorbed), std::end(ledger.absorbed), std::int64_t{0});
+  EXPECT_EQ(ledger.shot, 20000);
+  EXPECT_EQ(ledger.shot, ledger.missed + escaped + absorbed + ledger.rouletted + ledger.stalled);
+  for (const std::int64_t count : {ledger.missed, escaped, absorbed, ledger.rouletted}) {
+    EXPECT_GT(count, 20);
+  }
+  for (int c = 0; c < 3; ++c) {
+    std::int64_t power =
+        ledger.missed_power[c] + ledger.roulette_power[c] + ledger.stalled_power[c];
+    for (const auto& face : ledger.escaped_power) power += face[c];
+    for (const auto& component : ledger.absorbed_power) power += component[c];
+    EXPECT_EQ(power, ledger.shot_power[c]);
+    EXPECT_GT(ledger.shot_power[c], 0);
+  }
+}
+
+TEST(LedgerOfPhotons, knows_what_each_component_of_the_scene_absorbed) {
+  Scene scene = furnace({component(scene::Solid{}, 5, 0), component(scene::Solid{}, 1, 1),
+                         component(scene::Solid{}, 2, 0.5)});
+  scene.photons = 2000;
+  scene.samples = 1;
+  const Ledger ledger = render(scene, *make_cpu_backend()).ledger;
+  EXPECT_GT(ledger.absorbed[0], 100);
+  EXPECT_EQ(ledger.absorbed[1], 0);
+  EXPECT_EQ(ledger.absorbed_power[1][0], 0);
+  EXPECT_EQ(ledger.absorbed[2], 0);  // but in part, and by roulette
+  EXPECT_GT(ledger.absorbed_power[2][0], 0);
+}
+
+TEST(LedgerOfPhotons, that_lost_a_single_deposit_is_an_internal_error) {
+  EXPECT_EQ(static_cast<int>(ExitCode::internal), 1);
+  const std::function<void(Ledger&)> losses[] = {
+      [](Ledger& l) { --l.shot; },
+      [](Ledger& l) { --l.missed; },
+      [](Ledger& l) { --l.escaped[5]; },
+      [](Ledger& l) { --l.absorbed[2]; },
+      [](Ledger& l) { --l.rouletted; },
+      [](Ledger& l) { ++l.stalled; },
+      [](Ledger& l) { --l.shot_power[0]; },
+      [](Ledger& l) { --l.missed_power[1]; },
+      [](Ledger& l) { --l.escaped_power[0][2]; },
+      [](Ledger& l) { --l.absorbed_power[1][0]; },
+      [](Ledger& l) { --l.roulette_power[1]; },
+      [](Ledger& l) { ++l.stalled_power[2]; },
+  };
+  for (const auto& lose : losses) {
+    EXPECT_NE(failure(coloured(), Tampering(lose), ExitCode::internal).find("does not close"),
+              std::string::npos);
+  }
+  EXPECT_EQ(failure(coloured(), Tampering([](Ledger&) {}), ExitCode::internal), "");
+}
+
+/// Turns this share of the power, of light that left through -x, into stalled light.
+Tampering stalling(double share) {
+  return Tampering([share](Ledger& ledger) {
+    for (int c = 0; c < 3; ++c) {
+      const auto power =
+          static_cast<std::int64_t>(share * static_cast<double>(ledger.shot_power[c]));
+      ledger.escaped_power[0][c] -= power;
+      ledger.stalled_power[c] += power;
+    }
+  });
+}
+
+std::size_t warnings_of_stalled_light(double share) {
+  Tampering backend = stalling(share);
+  std::size_t count = 0;
+  for (const std::string& warning : render(coloured(), backend).warnings) {
+    count += warning.find("stalled") != std::string::npos;
+  }
+  return count;
+}
+
+TEST(StalledLight, is_ignored_below_a_millionth_then_warned_of_and_above_a_thousandth_an_error) {
+  EXPECT_EQ(warnings_of_stalled_light(0), 0);
+  EXPECT_EQ(warnings_of_stalled_light(0.9e-6), 0);
+  EXPECT_EQ(warnings_of_stalled_light(1.1e-6), 1);
+  EXPECT_EQ(warnings_of_stalled_light(0.9e-3), 1);
+  EXPECT_NE(failure(coloured(), stalling(1.1e-3), ExitCode::internal).find("stalled"),
+            std::string::npos);
+}
+
+TEST(StalledLight, is_what_runs_for_a_million_crossings_between_periodic_sides) {
+  Scene scene;
+  scene.medium.sides.fill(scene::Side::periodic);
+  scene.medium.majorant_resolution = {1, 1, 1};
+  scene.medium.components = {component(scene::Solid{}, 1e-9, 0.5)};
+  scene.lights = {scene::PointLight{{0.5, 0.5, 0.5}, glm::dvec3(1)}};
+  scene.photons = 20;
+  const Tallies tallies = shoot(scene);
+  EXPECT_GE(tallies.account.ledger.stalled, 19);
+  EXPECT_EQ(tallies.account.ledger.stalled + tallies.account.ledger.rouletted, 20);
+  EXPECT_LE(tallies.account.audit.cells, 20 * (std::int64_t{most_crossings} + 2));
+  scene.photons = 2;
+  EXPECT_NE(failure(scene, Tampering([](Ledger&) {}), ExitCode::internal).find("stalled"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace tyndall::test
