@@ -148,12 +148,13 @@ TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
     const float depth = sigma_maj * walk.length_to_exit();
     if (path.tau > depth) {
       path.tau = path.tau - depth;
-      if (++crossings > most_crossings) break;
+      if (crossings == most_crossings) break;
       if (!walk.cross()) {
         flight.end = Flight::End::escaped;
         flight.face = walk.face();
         break;
       }
+      ++crossings;
     } else {
       walk.advance(path.tau / sigma_maj);
       ++audit.tentative;
@@ -214,12 +215,13 @@ struct RayMarching {
       if (path.tau > depth) {
         path.tau = path.tau - depth;
         if (length < step) {  // the step ended at a face
-          if (++crossings > most_crossings) break;
+          if (crossings == most_crossings) break;
           if (!walk.cross()) {
             flight.end = Flight::End::escaped;
             flight.face = walk.face();
             break;
           }
+          ++crossings;
         } else {
           walk.advance(length);
         }
