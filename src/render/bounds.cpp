@@ -22,8 +22,7 @@ Bounds square(Bounds a) {
   return {a.lower <= 0 && a.upper >= 0 ? 0.0 : std::min(l, u), std::max(l, u)};
 }
 
-/// Float rounding of density() against exact arithmetic: a few ulp of each term.
-constexpr double rounding = 4e-6;
+constexpr double half_ulp = 0x1p-24;  ///< of a float, relative
 
 double largest_magnitude(Bounds a) { return std::max(std::abs(a.lower), std::abs(a.upper)); }
 
@@ -68,6 +67,19 @@ struct BodyBounds {
     return 2 * first * first + 2 * u * s.upper * (2 * du * ds + 2 * u * growth * s.upper * ds);
   }
 
+  /// Rounding of q beyond a share of q itself, at a point and at the samples together: where the
+  /// axis leans, its place is rounded, and X with it.
+  double leaning() const {
+    const auto along = [&](Bounds u, double lean, double axis, double inverse_radius) {
+      if (lean == 0.0) return 0.0;
+      const double off = half_ulp * inverse_radius * s.upper
+                         * (std::abs(axis) + 3 * std::abs(lean) * largest_magnitude(height));
+      return 2 * off * (2 * largest_magnitude(u * s) + off);
+    };
+    return along(u_x, cloud.lean_x, cloud.center.x, cloud.inverse_radii.x)
+           + along(u_z, cloud.lean_z, cloud.center.z, cloud.inverse_radii.z);
+  }
+
   const NoiseCloud& cloud;
   Bounds height, s, u_x, u_z;
   double growth;
@@ -78,16 +90,20 @@ struct BodyBounds {
 /// box with edges d_i a C2 function exceeds its corners by at most sum d_i^2/8 sup|d_ii|; octaves
 /// too fine for that count with their whole amplitude.
 Bounds shape_bounds(const NoiseCloud& f, const Region& r, int n) {
-  const glm::dvec3 edge = 2.0 * r.half / static_cast<double>(n);
+  const glm::dvec3 low = r.center - r.half, step = 2.0 * r.half / static_cast<double>(n);
+  // The corners are rounded to floats: the boxes are a little larger, and reach beyond r.
+  const glm::dvec3 rounding = half_ulp * (glm::abs(r.center) + r.half);
+  const glm::dvec3 edge = step + 2.0 * rounding;
   int sampled = 0;
   double slack = 0.0, amplitude = 1.0, frequency = 2.0;
   for (int k = 1; k <= f.octaves; ++k, amplitude *= f.gain, frequency *= 2.0) {
     const double curvature =
         noise_second_derivative / 8.0 * frequency * frequency * glm::dot(edge, edge);
     if (sampled == k - 1 && curvature < noise_bound) sampled = k;
-    slack += amplitude * (rounding + (sampled == k ? curvature : double{noise_bound}));
+    // The rounding of the point is part of the bound; a sample has its own.
+    slack += amplitude * (sampled == k ? curvature + 2 * noise_rounding : double{noise_bound});
   }
-  const BodyBounds body(f, r);
+  const BodyBounds body(f, {r.center, r.half + rounding});
   const Bounds fall = -double{f.falloff} * body.relative_distance_squared();
   Bounds all{f.coverage - slack, f.coverage + slack};
   if (body.smooth) {
@@ -97,11 +113,10 @@ Bounds shape_bounds(const NoiseCloud& f, const Region& r, int n) {
     all = all + fall;
   }
   Bounds samples{1e300, -1e300};
-  const glm::dvec3 low = r.center - r.half;
   for (int k = 0; k <= n; ++k) {
     for (int j = 0; j <= n; ++j) {
       for (int i = 0; i <= n; ++i) {
-        const glm::dvec3 at = low + edge * glm::dvec3(i, j, k);
+        const glm::dvec3 at = low + step * glm::dvec3(i, j, k);
         const Vec3f p{static_cast<float>(at.x), static_cast<float>(at.y), static_cast<float>(at.z)};
         double sample = fractal_noise(p, sampled, f.gain, f.seed);
         if (body.smooth) sample -= double{f.falloff} * double{f.relative_distance_squared(p)};
@@ -110,7 +125,8 @@ Bounds shape_bounds(const NoiseCloud& f, const Region& r, int n) {
     }
   }
   all = all + samples;
-  const double rounded = rounding * (1.0 + std::abs(f.coverage) + largest_magnitude(fall));
+  const double rounded = noise_rounding * (1.0 + std::abs(f.coverage) + largest_magnitude(fall))
+                         + std::abs(double{f.falloff}) * body.leaning();
   return {all.lower - rounded, all.upper + rounded};
 }
 
@@ -122,12 +138,20 @@ Bounds density_bounds(const Solid& field, const Region& region) {
                                                  static_cast<float>(region.center.y),
                                                  static_cast<float>(region.center.z)});
   // The distance changes by no more than the way: the whole box is on the side of its centre.
-  const double reach =
-      glm::length(region.half) + 1e-5 * (glm::length(region.center) + std::abs(distance) + 1e-30);
+  const double away = glm::length(region.half);
+  const double scale = glm::length(region.center) + away + length(field.center) + length(field.half)
+                       + field.radius + field.ring;
+  const double reach = away + 1e-5 * scale;
   return {distance < -reach ? 1.0 : 0.0, distance > reach ? 0.0 : 1.0};
 }
 
-Bounds density_bounds(const NoiseCloud& field, const Region& region) {
+Bounds density_bounds(const NoiseCloud& field, const Region& anywhere) {
+  const auto on_lattice = [](glm::dvec3 p) {
+    return glm::clamp(p, -double{NoiseCloud::reach}, double{NoiseCloud::reach});
+  };
+  const glm::dvec3 low = on_lattice(anywhere.center - anywhere.half),
+                   high = on_lattice(anywhere.center + anywhere.half);
+  const Region region{0.5 * (low + high), 0.5 * (high - low)};
   // Few samples decide the boxes far from the surface; the others get boxes of the size of the 8th
   // octave's cells.
   const double finest = 2.0 * std::max({region.half.x, region.half.y, region.half.z})
@@ -149,13 +173,13 @@ Bounds density_bounds(const DenseGrid& field, const Region& region) {
   if (outside) return {0, 0};
   const bool inside =
       low.x >= 0 && low.y >= 0 && low.z >= 0 && high.x <= 1 && high.y <= 1 && high.z <= 1;
-  // Voxels whose values an interpolation within the box may read: half a voxel beyond it on either
-  // side.
-  const auto voxel = [](double x, int n, int beyond) {
+  // Voxels whose values a look-up within the box may read: an interpolation reads half a voxel
+  // beyond it on either side.
+  const auto voxel = [&](double x, int n, int side) {
     const double rounded = 1e-5 * n;  // float rounding of x n, generously
+    const double beyond = rounded + (field.nearest ? 0.0 : 0.5);
     return std::clamp(
-        static_cast<int>(std::floor(std::clamp(x * n + beyond * (0.5 + rounded), -1.0, n + 1.0))),
-        0, n - 1);
+        static_cast<int>(std::floor(std::clamp(x * n + side * beyond, -1.0, n + 1.0))), 0, n - 1);
   };
   const int i0 = voxel(low.x, field.nx, -1), i1 = voxel(high.x, field.nx, 1);
   const int j0 = voxel(low.y, field.ny, -1), j1 = voxel(high.y, field.ny, 1);

@@ -385,6 +385,38 @@ TEST(NoiseBounds, float_noise_is_within_its_rounding_of_the_exact_one) {
   EXPECT_GT(most, 1e-7);
 }
 
+// Every float from 1/16 to 1; below, the fade is small and so is its error.
+TEST(NoiseBounds, the_fade_is_within_20_half_ulp_of_1) {
+  double most = 0;
+  for (std::uint32_t bits = float_bits(0x1p-4f); bits <= float_bits(1); ++bits) {
+    const float t = bits_float(bits);
+    most = std::max(most, std::abs(fade(t) - fades(double{t}).s));
+  }
+  EXPECT_LE(most, 20 * 0x1p-24);
+  EXPECT_GT(most, 19 * 0x1p-24);
+}
+
+TEST(NoiseBounds, float_sums_of_octaves_are_within_their_share_of_the_exact_ones) {
+  Random random(7);
+  double largest_share = 0;
+  for (const float gain : {0.3f, 0.5f, 0.71f, 0.999f}) {
+    for (int n = 0; n < 20000; ++n) {
+      const std::uint32_t seed = random.word();
+      const Vec3f p{static_cast<float>(random(-2, 2)), static_cast<float>(random(-2, 2)),
+                    static_cast<float>(random(-2, 2))};
+      double exact = 0, amplitude = 1, amplitudes = 0;
+      for (int k = 1; k <= 15; ++k, amplitude *= gain) {
+        exact += amplitude * exact_noise(std::ldexp(1.0f, k) * p, octave_seed(seed, k));
+        amplitudes += amplitude;
+      }
+      const double error = std::abs(fractal_noise(p, 15, gain, seed) - exact);
+      largest_share = std::max(largest_share, error / amplitudes);
+    }
+  }
+  EXPECT_LE(largest_share, double{noise_rounding});
+  EXPECT_GT(largest_share, 1e-7);
+}
+
 TEST(NoiseBounds, no_box_exceeds_its_corners_by_more_than_the_proven_slack) {
   Random random(6);
   int beyond_corners = 0;

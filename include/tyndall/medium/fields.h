@@ -65,6 +65,7 @@ struct NoiseCloud {
 
   static constexpr float smallest_growth =
       0.05f;  ///< below the apex of the cone the radius stays at this share
+  static constexpr float reach = 32768;  ///< positions beyond, along any axis, count as there
 
   /// 0 on the axis of the body, 1 on its surface.
   TYN_HD float relative_distance_squared(Vec3f p) const {
@@ -77,8 +78,7 @@ struct NoiseCloud {
   }
 
   TYN_HD float density(Vec3f p) const {
-    p = {clamp(p.x, -32768.0f, 32768.0f), clamp(p.y, -32768.0f, 32768.0f),
-         clamp(p.z, -32768.0f, 32768.0f)};
+    p = {clamp(p.x, -reach, reach), clamp(p.y, -reach, reach), clamp(p.z, -reach, reach)};
     const float shape = coverage - falloff * relative_distance_squared(p);
     return clamp(contrast * (fractal_noise(p, octaves, gain, seed) + shape), 0.0f, 1.0f);
   }

@@ -13,7 +13,7 @@ namespace tyndall {
 inline constexpr float noise_bound = 1.0364f;              ///< of |noise|, float rounding included
 inline constexpr float noise_second_derivative = 12.036f;  ///< of |d^2 noise / dx_i^2|, any axis
 inline constexpr float noise_rounding =
-    2e-5f;  ///< of |noise in float - exact|, its part of summing octaves included
+    2e-5f;  ///< of |noise in float - exact|, its share of the rounding of a sum of octaves included
 
 /// Lattice coordinates times these, combined by xor, go into the hash; a neighbour costs one
 /// addition.

@@ -1,0 +1,248 @@
+// That no density is beyond the bounds of its region; the proofs are in docs/bounds.md. Noise
+// clouds at length: tests/statistical/bounds_test.cpp.
+#include "tyndall/render/bounds.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <vector>
+
+#include <glm/geometric.hpp>
+
+#include "support/scenes.h"
+
+namespace tyndall::test {
+namespace {
+
+struct Random {
+  std::mt19937_64 engine;
+  explicit Random(std::uint64_t seed) : engine(seed) {}
+  double operator()(double low = 0, double high = 1) {
+    return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53;
+  }
+  glm::dvec3 vector(double low = 0, double high = 1) {
+    const double x = (*this)(low, high), y = (*this)(low, high), z = (*this)(low, high);
+    return {x, y, z};
+  }
+};
+
+Region between(glm::dvec3 low, glm::dvec3 high) { return {0.5 * (low + high), 0.5 * (high - low)}; }
+
+Vec3f to_float(glm::dvec3 p) {
+  return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
+}
+bool contains(const Region& r, Vec3f p) {
+  return std::abs(p.x - r.center.x) <= r.half.x && std::abs(p.y - r.center.y) <= r.half.y
+         && std::abs(p.z - r.center.z) <= r.half.z;
+}
+
+/// A point of `r`: half of them on its faces, edges or corners.
+Vec3f point_of(const Region& r, Random& random) {
+  glm::dvec3 t = random.vector(-1, 1);
+  if (random.engine() & 1) {
+    for (int i = 0; i < 3; ++i) {
+      if (random.engine() & 1) t[i] = t[i] < 0 ? -1 : 1;
+    }
+  }
+  return to_float(r.center + t * r.half);
+}
+
+template <class Field>
+struct Report {
+  Field field;
+  int outside = 0, points = 0;
+  int open = 0, regions = 0;  // of the regions, those whose bounds leave a choice
+
+  void look(const Region& r, int n, Random& random) {
+    const Bounds bounds = density_bounds(field, r);
+    ++regions;
+    open += bounds.lower < bounds.upper;
+    for (int i = 0; i < n; ++i) {
+      const Vec3f p = point_of(r, random);
+      if (!contains(r, p)) continue;
+      const double density = field.density(p);
+      ++points;
+      outside += density < bounds.lower || density > bounds.upper;
+    }
+  }
+};
+
+// ---- Solids
+
+std::vector<Solid> solids(double scale) {
+  const auto s = static_cast<float>(scale);
+  Solid sphere{Solid::Body::sphere, {0.5f * s, 0.5f * s, 0.5f * s}};
+  sphere.radius = 0.4f * s;
+  Solid cuboid{Solid::Body::cuboid, {0.4f * s, 0.5f * s, 0.6f * s}};
+  cuboid.half = {0.3f * s, 0.1f * s, 0.2f * s};
+  Solid torus{Solid::Body::torus, {0.5f * s, 0.5f * s, 0.5f * s}};
+  torus.ring = 0.3f * s;
+  torus.radius = 0.1f * s;
+  Solid capsule{Solid::Body::capsule, {0.5f * s, 0.5f * s, 0.5f * s}};
+  capsule.half = {0.2f * s, -0.3f * s, 0.1f * s};
+  capsule.radius = 0.15f * s;
+  return {sphere, cuboid, torus, capsule, Solid{}};
+}
+
+TEST(Bounds, hold_for_solids) {
+  Random random(1);
+  for (const double scale : {1e-3, 1.0, 1e4}) {
+    for (const Solid& solid : solids(scale)) {
+      Report<Solid> report{solid};
+      for (int n = 0; n < 3000; ++n) {
+        const glm::dvec3 center = scale * random.vector(-0.2, 1.2);
+        const double size = scale * std::pow(10.0, random(-3, -0.5));
+        report.look({center, size * random.vector()}, 30, random);
+      }
+      EXPECT_EQ(report.outside, 0) << static_cast<int>(solid.body) << " of size " << scale;
+      EXPECT_LT(report.open, report.regions / 2);
+      EXPECT_EQ(report.open == 0, solid.body == Solid::Body::everywhere);
+    }
+  }
+}
+
+// Small boxes at the origin that just miss or just meet the surface of a huge sphere: what is
+// rounded is the distance to a centre far away.
+TEST(Bounds, hold_at_the_surface_of_a_sphere_much_larger_than_the_box) {
+  Random random(2);
+  const glm::dvec3 exact[] = {{3, 4, 0}, {1, -2, 2}, {-2, 3, 6}, {0, -5, -12}};  // of whole length
+  Report<Solid> report{};
+  for (int n = 0; n < 40000; ++n) {
+    const glm::dvec3 center = std::ldexp(1.0, n % 16) * exact[n / 16 % 4];
+    const double radius = glm::length(center), size = radius * std::pow(10.0, random(-8, -6));
+    report.field = Solid{Solid::Body::sphere, to_float(center)};
+    report.field.radius = static_cast<float>(radius);
+    const glm::dvec3 half = size * random.vector();
+    const double away = (random.engine() & 1 ? 1.0 : -1.0) * glm::length(half) * random(0.8, 1.2);
+    report.look({away / radius * center, half}, 20, random);
+  }
+  EXPECT_EQ(report.outside, 0);
+  EXPECT_GT(report.points, 100000);
+}
+
+// ---- Dense grids
+
+struct Grid {
+  std::vector<float> values;
+  DenseGrid view;
+  Grid(int nx, int ny, int nz, bool nearest, std::uint64_t seed)
+      : values(random_grid(nx, ny, nz, seed).values), view{values.data(), nx, ny, nz, nearest} {}
+};
+
+// Every box whose faces are at quarters of voxels, and every point at eighths.
+TEST(Bounds, hold_at_every_eighth_of_a_voxel_of_small_dense_grids) {
+  for (const bool nearest : {false, true}) {
+    const int n[3] = {2, 3, 1};
+    const Grid grid(n[0], n[1], n[2], nearest, 5);
+    const auto at = [&](int i, int j, int k, int parts) {
+      return glm::dvec3(i, j, k) / (double(parts) * glm::dvec3(n[0], n[1], n[2]));
+    };
+    // Densities at all points, and a margin of half a voxel around the cube.
+    struct Sample {
+      Vec3f p;
+      float density;
+    };
+    std::vector<Sample> samples;
+    for (int k = -4; k <= 8 * n[2] + 4; ++k) {
+      for (int j = -4; j <= 8 * n[1] + 4; ++j) {
+        for (int i = -4; i <= 8 * n[0] + 4; ++i) {
+          const Vec3f p = to_float(at(i, j, k, 8));
+          samples.push_back({p, grid.view.density(p)});
+        }
+      }
+    }
+    std::vector<Region> regions;
+    for (int axis = 0; axis < 3; ++axis) {  // all intervals along one axis, few along the others
+      const int most = 4 * n[axis] + 2;
+      for (int low = -2; low < most; ++low) {
+        for (int high = low; high <= most; ++high) {
+          for (const int other : {-1, 1, 3}) {
+            int a[3] = {other, other, other}, b[3] = {other + 2, other + 2, other + 2};
+            a[axis] = low, b[axis] = high;
+            regions.push_back(between(at(a[0], a[1], a[2], 4), at(b[0], b[1], b[2], 4)));
+          }
+        }
+      }
+    }
+    int outside = 0, inside = 0, tight = 0;
+    for (const Region& r : regions) {
+      const Bounds bounds = density_bounds(grid.view, r);
+      double most = 0, least = 1e300;
+      for (const Sample& s : samples) {
+        if (!contains(r, s.p)) continue;
+        ++inside;
+        outside += s.density < bounds.lower || s.density > bounds.upper;
+        most = std::max(most, double{s.density});
+        least = std::min(least, double{s.density});
+      }
+      tight += bounds.upper <= most * 1.0001 + 1e-9 && bounds.lower >= least * 0.9999 - 1e-9;
+    }
+    EXPECT_EQ(outside, 0);
+    EXPECT_GT(inside, 100000);
+    EXPECT_GT(tight, static_cast<int>(regions.size()) / 10) << "these bounds are too wide";
+  }
+}
+
+TEST(Bounds, hold_for_dense_grids_at_random) {
+  Random random(3);
+  for (const bool nearest : {false, true}) {
+    for (const int n : {1, 4, 37}) {
+      const Grid grid(n, 2 * n + 1, 3, nearest, 11);
+      Report<DenseGrid> report{grid.view};
+      for (int i = 0; i < 3000; ++i) {
+        const glm::dvec3 a = random.vector(-0.1, 1.1);
+        report.look({a, random(0.0, 0.2) * random.vector()}, 40, random);
+      }
+      EXPECT_EQ(report.outside, 0) << n;
+    }
+  }
+}
+
+// ---- Noise clouds where floats are coarse
+
+TEST(Bounds, hold_for_noise_far_from_the_origin_and_beyond_the_lattice) {
+  Random random(4);
+  for (const double distance : {100.0, 3e3, 32768.0, 1e5, 1e8}) {
+    Report<NoiseCloud> report{};
+    for (int n = 0; n < 100; ++n) {
+      NoiseCloud& f = report.field;
+      f.octaves = 8;
+      f.gain = static_cast<float>(random(0.3, 0.99));
+      f.seed = static_cast<std::uint32_t>(n);
+      f.contrast = 1;
+      f.coverage = 0.3f;
+      const glm::dvec3 side(random.engine() & 1 ? 1 : -1, random.engine() & 1 ? 1 : -1, 1);
+      const double size = random(0.0, 0.02) + random(0, 1e-6) * distance;
+      report.look({distance * side + random.vector(), size * random.vector()}, 100, random);
+    }
+    EXPECT_EQ(report.outside, 0) << distance;
+    EXPECT_GT(report.points, 300);
+  }
+}
+
+TEST(Bounds, hold_for_plumes_whose_axis_leans_from_far_away) {
+  Random random(5);
+  for (const float far : {1.0f, 100.0f, 1e4f}) {
+    Report<NoiseCloud> report{};
+    NoiseCloud& f = report.field;
+    f.octaves = 1;
+    f.gain = 0.5f;
+    f.contrast = 10;  // steep: a small error shows
+    f.coverage = 0.5f;
+    f.falloff = 4;
+    f.inverse_radii = {2, 0, 3};
+    f.lean_x = 0.9f;
+    f.lean_z = -0.7f;
+    f.center = {0.5f - 0.9f * far, -far, 0.5f + 0.7f * far};
+    for (int n = 0; n < 20000; ++n) {
+      report.look({random.vector(), 1e-3 * random.vector()}, 10, random);
+    }
+    EXPECT_EQ(report.outside, 0) << far;
+    EXPECT_GT(report.open, 100);
+  }
+}
+
+}  // namespace
+}  // namespace tyndall::test
