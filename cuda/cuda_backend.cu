@@ -12,6 +12,7 @@
 #include "tyndall/render/backend.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/parallel.h"
+#include "tyndall/render/prepare.h"
 #include "tyndall/render/render.h"
 
 namespace tyndall {

@@ -6,6 +6,7 @@
 
 #include "tyndall/render/backend.h"
 #include "tyndall/render/parallel.h"
+#include "tyndall/render/prepare.h"
 #include "tyndall/render/render.h"
 
 namespace tyndall {

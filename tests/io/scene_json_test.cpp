@@ -3,9 +3,11 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <numbers>
 #include <random>
 #include <set>
@@ -313,6 +315,39 @@ TEST_F(SceneJson, DefaultsAreTheDefaultScene) {
   const Scene scene = read(defaults());
   EXPECT_TRUE(warnings_.empty());
   EXPECT_EQ(scene_hash(scene), scene_hash(expected));
+}
+
+std::string contents(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  EXPECT_TRUE(file) << path;
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+fs::path source_folder() {
+  const char* folder = std::getenv("TYNDALL_SOURCE_DIR");
+  return folder ? folder : fs::path(__FILE__).parent_path().parent_path().parent_path();
+}
+
+TEST_F(SceneJson, TheSampleOfTheReadmeIsValid) {
+  const std::string readme = contents(source_folder() / "README.md");
+  const std::size_t start = readme.find("\n    { \"tyndall\": 1,"),
+                    end = readme.find("\n\n", start);
+  ASSERT_NE(end, readme.npos);
+  const Scene scene = read(readme.substr(start, end - start));
+  EXPECT_TRUE(warnings_.empty());
+  EXPECT_EQ(scene.lights.size(), 3u);
+}
+
+TEST_F(SceneJson, TheShippedScenesAreValidAndSayWhatTheyShow) {
+  int scenes = 0;
+  for (const fs::directory_entry& entry : fs::directory_iterator(source_folder() / "scenes")) {
+    if (entry.path().extension() != ".json") continue;
+    EXPECT_NO_THROW(read_scene(entry.path(), {}, warnings_)) << entry.path();
+    EXPECT_TRUE(warnings_.empty()) << entry.path();
+    EXPECT_TRUE(contents(entry.path()).starts_with("//")) << entry.path();
+    ++scenes;
+  }
+  EXPECT_GE(scenes, 6);
 }
 
 /// \return every "key": of the text, comments included.

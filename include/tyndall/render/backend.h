@@ -8,9 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "tyndall/render/prepare.h"
+#include "tyndall/transport/film.h"
 
 namespace tyndall {
+
+struct PreparedScene;  // tyndall/render/prepare.h
+struct Account;        // tyndall/transport/passes.h
 
 struct IndexRange {
   std::uint64_t begin, end;

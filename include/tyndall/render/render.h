@@ -8,13 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "tyndall/render/backend.h"
 #include "tyndall/render/picture.h"
 #include "tyndall/render/scene.h"
 #include "tyndall/transport/ledger.h"
 
 namespace tyndall {
-
-class Backend;  // tyndall/render/backend.h
 
 struct Progress {
   const char* pass;    ///< "bounds", "photons", "matter", "pixels"
