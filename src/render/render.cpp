@@ -117,8 +117,10 @@ Ledger in_scene_order(const Ledger& ledger, const std::vector<int>& scene_compon
   return out;
 }
 
-void hash_account(Hasher& hasher, const Account& account) {
-  hasher.add_all(reinterpret_cast<const std::int64_t*>(&account), account_words);
+/// Not the audit: how many look-ups and cells a walk took is no part of its result.
+void hash_ledger(Hasher& hasher, const Ledger& ledger) {
+  hasher.add_all(reinterpret_cast<const std::int64_t*>(&ledger),
+                 sizeof ledger / sizeof(std::int64_t));
 }
 
 struct Illumination {
@@ -189,7 +191,7 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
   batches.run("photons", photons, [&](IndexRange range) { backend.shoot(range); });
   result.seconds.photons = seconds_since(start);
   Account account = backend.take_account();
-  hash_account(tallies, account);
+  hash_ledger(tallies, account.ledger);
   close(account.ledger);
   check_stalled(account.ledger, result.warnings);
   result.ledger = in_scene_order(account.ledger, prepared.scene_component);
@@ -219,7 +221,6 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
   account = backend.take_account();
   result.gather = account.audit;
   result.clamped = static_cast<std::uint64_t>(film.clamped);
-  hash_account(tallies, account);
   tallies.add_all(reinterpret_cast<const std::int64_t*>(film.pixels.data()),
                   film.pixels.size() * sizeof(PixelTally) / sizeof(std::int64_t));
   result.picture = develop(prepared, film, scene.samples);
