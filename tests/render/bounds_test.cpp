@@ -222,6 +222,57 @@ TEST(Bounds, hold_for_noise_far_from_the_origin_and_beyond_the_lattice) {
   }
 }
 
+// No octaves: what the samples of the body miss is the whole difference.
+TEST(Bounds, hold_for_bodies_alone_and_are_close) {
+  Random random(6);
+  const auto number = [&](double low, double high) {
+    return static_cast<float>(random(low, high));
+  };
+  int outside = 0, beyond_corners = 0, regions = 0;
+  Series looseness;
+  for (int n = 0; n < 4000; ++n) {
+    NoiseCloud f;
+    f.octaves = 0;
+    const Region r{random.vector(), random(0.0, 0.1) * random.vector(0.2, 1)};
+    f.center = to_float(n % 2 == 0 ? random.vector() : r.center + 0.03 * random.vector(-1, 1));
+    f.inverse_radii = {number(0, 5), number(0, 5), number(0, 5)};
+    f.growth = number(-4, 4);  // the apex is in the box now and then
+    f.lean_x = number(-1, 1);
+    f.lean_z = number(-1, 1);
+    f.falloff = 1;
+    // Steep enough that the densities of the region fill [0, 1], and no more.
+    double least = 1e300, most = -1e300, corners = -1e300;
+    std::vector<Vec3f> points;
+    for (int i = 0; i < 500; ++i) {
+      const Vec3f p = point_of(r, random);
+      if (!contains(r, p)) continue;
+      points.push_back(p);
+      const double q = f.relative_distance_squared(p);
+      least = std::min(least, q), most = std::max(most, q);
+    }
+    const double span = std::max(most - least, 1e-6 * (1 + most));
+    f.contrast = static_cast<float>(0.5 / span);
+    f.coverage = static_cast<float>(most + 0.5 * span);
+    const Bounds bounds = density_bounds(f, r);
+    double highest = 0, lowest = 1;
+    for (const Vec3f p : points) {
+      const double density = f.density(p);
+      outside += density < bounds.lower || density > bounds.upper;
+      highest = std::max(highest, density), lowest = std::min(lowest, density);
+    }
+    for (int i = 0; i < 8; ++i) {
+      const glm::dvec3 side(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+      corners = std::max(corners, double{f.density(to_float(r.center + side * r.half))});
+    }
+    ++regions;
+    beyond_corners += highest > corners;
+    looseness.add((bounds.upper - bounds.lower) - (highest - lowest));
+  }
+  EXPECT_EQ(outside, 0);
+  EXPECT_GT(beyond_corners, regions / 10);
+  EXPECT_LT(looseness.mean(), 0.3);
+}
+
 TEST(Bounds, hold_for_plumes_whose_axis_leans_from_far_away) {
   Random random(5);
   for (const float far : {1.0f, 100.0f, 1e4f}) {
