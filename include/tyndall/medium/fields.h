@@ -77,11 +77,48 @@ struct NoiseCloud {
     return x * x + y * y + z * z;
   }
 
-  TYN_HD float density(Vec3f p) const {
-    p = {clamp(p.x, -reach, reach), clamp(p.y, -reach, reach), clamp(p.z, -reach, reach)};
-    const float shape = coverage - falloff * relative_distance_squared(p);
-    return clamp(contrast * (fractal_noise(p, octaves, gain, seed) + shape), 0.0f, 1.0f);
+  TYN_HD static Vec3f on_lattice(Vec3f p) {
+    return {clamp(p.x, -reach, reach), clamp(p.y, -reach, reach), clamp(p.z, -reach, reach)};
   }
+  TYN_HD float shape(Vec3f p) const {
+    return coverage - falloff * relative_distance_squared(p);
+  }
+  TYN_HD float transfer(float noise, float shape) const {
+    return clamp(contrast * (noise + shape), 0.0f, 1.0f);
+  }
+
+  TYN_HD int octave_count() const { return octaves; }
+
+  TYN_HD float density(Vec3f p) const {
+    p = on_lattice(p);
+    return transfer(fractal_noise(p, octaves, gain, seed), shape(p));
+  }
+
+  /// \return whether v < extinction * density(p), v > 0: the same decision, bit for bit, from as few
+  /// octaves, coarse to fine, as settle it (octave squeezing). Counts them.
+  TYN_HD bool exceeds(Vec3f p, float extinction, float v, int& summed) const {
+    if (v >= extinction) return false;
+    p = on_lattice(p);
+    const float body = shape(p);
+    // Undo the transfer once: the noise is above the threshold, or it is not, but for rounding.
+    const float threshold = v / (extinction * contrast) - body;
+    float rest = fractal_noise_bound(octaves, gain);
+    rest = rest + squeeze_rounding * (rest + abs(body) + abs(threshold));
+    float noise = 0.0f, amplitude = 1.0f;
+    for (int k = 1; k <= octaves; ++k) {
+      if (abs(noise - threshold) > rest) return noise > threshold;
+      p = 2.0f * p;
+      noise = noise + amplitude * gradient_noise(p, octave_seed(seed, k));
+      rest = rest - noise_bound * amplitude;
+      amplitude = amplitude * gain;
+      ++summed;
+    }
+    return v < extinction * transfer(noise, body);
+  }
+
+  /// Share of the largest terms that rounding may change in a comparison: 15 additions, and a few
+  /// operations of the transfer and of its inverse, with room to spare.
+  static constexpr float squeeze_rounding = 4e-6f;
 };
 
 /// Values at the centres of nx x ny x nz voxels of the unit cube, x fastest; 0 outside the cube.
@@ -151,6 +188,12 @@ struct AnyField {
     }
     return 0.0f;
   }
+
+  TYN_HD bool exceeds(Vec3f p, float extinction, float v, int& summed) const {
+    if (kind == Kind::noise_cloud) return noise_cloud.exceeds(p, extinction, v, summed);
+    return v < extinction * density(p);
+  }
+  TYN_HD int octave_count() const { return kind == Kind::noise_cloud ? noise_cloud.octaves : 0; }
 
   template <class Copy>
   void relocate(Copy&& copy) {

@@ -20,11 +20,34 @@ struct Component {
   /// [1/length]
   TYN_HD float sigma_t(Vec3f p) const { return extinction * field.density(to_field(p)); }
   TYN_HD bool scatters() const { return largest(albedo) > 0.0f; }
+
+  /// \return v < sigma_t(p), v > 0: the same decision, from as few octaves as settle it, which are
+  /// counted.
+  TYN_HD bool exceeds(Vec3f p, float v, int& octaves) const {
+    if constexpr (requires { field.exceeds(p, v, v, octaves); }) {
+      return field.exceeds(to_field(p), extinction, v, octaves);
+    } else {
+      return v < sigma_t(p);
+    }
+  }
+  /// Octaves that sigma_t() sums.
+  TYN_HD int octaves() const {
+    if constexpr (requires { field.octave_count(); }) return field.octave_count();
+    return 0;
+  }
 };
 
-/// What a look-up said of its bounds.
+/// How tentative collisions are decided: all ways decide alike.
+enum class Decision {
+  squeezed,  ///< with as little of the field as settles it
+  audited,   ///< by the density, which must be within its bounds
+  full,      ///< by the density, always [SzirmayKalos2011]
+};
+
+/// What the decisions took.
 struct LookupCount {
   int lookups = 0;
+  int octaves = 0;
   int violations = 0;
 };
 
@@ -35,13 +58,14 @@ inline constexpr int virtual_particle = -1;
 /// Below the minorant the answer is certain without a look-up.
 template <class Component>
 TYN_HD bool is_real(const MajorantGrid& grid, int index, const Component& component,
-                    std::size_t cell, float v, Vec3f p, LookupCount& count) {
+                    std::size_t cell, float v, Vec3f p, Decision decision, LookupCount& count) {
   const std::size_t at = static_cast<std::size_t>(index) * grid.cells() + cell;
-  const float sigma_min = grid.lower[at];
-  if (v < sigma_min) return true;
-  const float sigma_t = component.sigma_t(p);
+  if (decision != Decision::full && v < grid.lower[at]) return true;
   ++count.lookups;
-  if (!(sigma_t >= sigma_min && sigma_t <= grid.upper[at])) ++count.violations;
+  if (decision == Decision::squeezed) return component.exceeds(p, v, count.octaves);
+  const float sigma_t = component.sigma_t(p);
+  count.octaves += component.octaves();
+  if (!(sigma_t >= grid.lower[at] && sigma_t <= grid.upper[at])) ++count.violations;
   return v < sigma_t;
 }
 
@@ -58,8 +82,8 @@ struct SingleMedium {
   /// \return the component of a tentative collision at `p`, 0 < v < total[cell], or
   /// virtual_particle.
   TYN_HD int collide(const MajorantGrid& grid, std::size_t cell, float v, Vec3f p,
-                     LookupCount& count) const {
-    return is_real(grid, 0, single, cell, v, p, count) ? 0 : virtual_particle;
+                     Decision decision, LookupCount& count) const {
+    return is_real(grid, 0, single, cell, v, p, decision, count) ? 0 : virtual_particle;
   }
 
   template <class Copy>
@@ -81,11 +105,11 @@ struct MixedMedium {
   TYN_HD const Component<AnyField>& component(int i) const { return components[i]; }
 
   TYN_HD int collide(const MajorantGrid& grid, std::size_t cell, float v, Vec3f p,
-                     LookupCount& count) const {
+                     Decision decision, LookupCount& count) const {
     for (int i = 0; i < component_count; ++i) {
       const float sigma_maj = grid.upper[static_cast<std::size_t>(i) * grid.cells() + cell];
       if (v < sigma_maj)
-        return is_real(grid, i, components[i], cell, v, p, count) ? i : virtual_particle;
+        return is_real(grid, i, components[i], cell, v, p, decision, count) ? i : virtual_particle;
       v = v - sigma_maj;
     }
     return virtual_particle;  // v above the sum by a rounding error

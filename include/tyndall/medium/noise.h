@@ -81,4 +81,14 @@ TYN_HD float fractal_noise(Vec3f p, int octaves, float gain, std::uint32_t seed)
   return sum;
 }
 
+/// \return a bound of |fractal_noise|.
+TYN_HD float fractal_noise_bound(int octaves, float gain) {
+  float sum = 0.0f, amplitude = noise_bound;
+  for (int k = 1; k <= octaves; ++k) {
+    sum = sum + amplitude;
+    amplitude = amplitude * gain;
+  }
+  return sum;
+}
+
 }  // namespace tyndall

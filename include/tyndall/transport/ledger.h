@@ -36,7 +36,8 @@ struct Audit {
   Count cells = 0;       ///< super-voxels entered
   Count tentative = 0;   ///< collisions with matter or virtual particles
   Count real = 0;        ///< collisions with matter
-  Count lookups = 0;     ///< densities evaluated
+  Count lookups = 0;     ///< densities asked for
+  Count octaves = 0;     ///< octaves of noise summed
   Count violations = 0;  ///< look-ups outside the bounds of their super-voxel: must be 0
 };
 

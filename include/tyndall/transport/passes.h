@@ -43,6 +43,7 @@ TYN_HD void deposit_audit(Audit& tally, const Audit& part) {
   deposit(tally.tentative, part.tentative);
   deposit(tally.real, part.real);
   deposit(tally.lookups, part.lookups);
+  deposit(tally.octaves, part.octaves);
   deposit(tally.violations, part.violations);
 }
 

@@ -124,6 +124,12 @@ struct Path {
   RandomBlock drawn;    ///< of the last one: accept, tau of the next flight, two for a direction
 };
 
+/// One look-up in 256 is audited against its bounds: chosen by bits that nothing else uses.
+template <Decision usual>
+TYN_HD Decision decision(const RandomBlock& drawn) {
+  return usual == Decision::squeezed && (drawn.d & 0xffu) == 0u ? Decision::audited : usual;
+}
+
 struct Flight {
   enum class End { collided, escaped, stalled };
 
@@ -135,7 +141,7 @@ struct Flight {
 /// The flat loop: each turn crosses into the next super-voxel or is a tentative collision. tau is
 /// carried across cells, and on in place after a virtual particle. A super-voxel of majorant 0
 /// needs no branch: tau > 0 always. Leaves `path.ray.origin` where the flight ended.
-template <class Medium>
+template <Decision usual = Decision::squeezed, class Medium>
 TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
                     const RandomStream& random, Audit& audit) {
   ++audit.flights;
@@ -161,7 +167,7 @@ TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
       path.drawn = random.block(++path.event, Purpose::walk);
       path.tau = exponential(path.drawn.b);
       const int hit = medium.collide(grid, walk.cell(), uniform(path.drawn.a) * sigma_maj,
-                                     walk.position(), count);
+                                     walk.position(), decision<usual>(path.drawn), count);
       if (hit != virtual_particle) {
         ++audit.real;
         flight = {Flight::End::collided, hit, 0};
@@ -172,6 +178,7 @@ TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
   path.ray.origin = walk.position();
   audit.cells += crossings + 1;
   audit.lookups += count.lookups;
+  audit.octaves += count.octaves;
   audit.violations += count.violations;
   return flight;
 }
@@ -210,6 +217,7 @@ struct RayMarching {
       const float length = min(step, walk.length_to_exit());
       const Vec3f middle = walk.position() + 0.5f * length * walk.direction();
       const float sigma_t = total_sigma_t(medium, middle);
+      for (int i = 0; i < medium.count(); ++i) audit.octaves += medium.component(i).octaves();
       audit.lookups += medium.count();
       const float depth = sigma_t * length;
       if (path.tau > depth) {
