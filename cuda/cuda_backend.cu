@@ -122,8 +122,8 @@ class CudaBackend final : public Backend {
         medium_);
     lights_ = {keep(scene.emitters.data(), scene.emitters.size()),
                static_cast<int>(scene.emitters.size())};
-    illumination_ = Buffer<std::int64_t>(
-        scene.cells.count() * static_cast<std::size_t>(harmonics(scene.cells.order)) * 3);
+    illumination_ =
+        Buffer<std::int64_t>(scene.cells.count() * static_cast<std::size_t>(scene.cells.moments()));
     matter_ = Buffer<std::int64_t>(scene.cells.count());
     account_ = Buffer<Account>(1);
   }

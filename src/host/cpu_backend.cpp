@@ -24,7 +24,7 @@ class CpuBackend final : public Backend {
   void load(const PreparedScene& scene) override {
     scene_ = &scene;
     const std::size_t cells = scene.cells.count();
-    illumination_.assign(cells * static_cast<std::size_t>(harmonics(scene.cells.order)) * 3, 0);
+    illumination_.assign(cells * static_cast<std::size_t>(scene.cells.moments()), 0);
     matter_.assign(cells, 0);
     account_ = {};
     film_ = {};

@@ -104,8 +104,10 @@ std::string watts(const RenderResult& result, const Count (&units)[n][3], std::s
 /// longer ones make an EXR file that old readers refuse.
 void add_audit(std::vector<Fact>& facts, const char* pass, const Audit& audit) {
   const std::pair<const char*, Count> counts[] = {
-      {"flights", audit.flights}, {"cells", audit.cells},     {"tentative", audit.tentative},
-      {"real", audit.real}, {"lookups", audit.lookups}, {"octaves", audit.octaves}, {"violations", audit.violations}};
+      {"flights", audit.flights},      {"cells", audit.cells},
+      {"tentative", audit.tentative},  {"real", audit.real},
+      {"lookups", audit.lookups},      {"octaves", audit.octaves},
+      {"violations", audit.violations}};
   facts.push_back({fmt::format("audit.{}", pass), audit_text(audit), true});
   for (const auto& [name, count] : counts)
     facts.push_back({fmt::format("audit.{}.{}", pass, name), fmt::format("{}", count)});

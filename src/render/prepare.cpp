@@ -321,6 +321,17 @@ float film_unit(const Scene& scene, const Box& box) {
   return static_cast<float>(std::ldexp(1.0, std::clamp(exponent, -80, 80)));
 }
 
+bool is_grey(Vec3f color) { return color.x == color.y && color.y == color.z; }
+
+/// One where nothing has a colour: a third of the memory and of the deposits.
+int illumination_channels(const PreparedScene& scene) {
+  const bool grey = std::all_of(scene.emitters.begin(), scene.emitters.end(),
+                                [](const Emitter& e) { return is_grey(e.weight); })
+                    && std::all_of(scene.components.begin(), scene.components.end(),
+                                   [](const Component<AnyField>& c) { return is_grey(c.albedo); });
+  return grey ? 1 : 3;
+}
+
 int illumination_order(const Scene& scene) {
   if (scene.illumination_order >= 0) return scene.illumination_order;
   for (const scene::Component& c : scene.medium.components) {
@@ -458,8 +469,13 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<bool(
   out.seed = scene.seed;
 
   const auto [cx, cy, cz] = scene.illumination_resolution;
-  out.cells = {
-      cx, cy, cz, illumination_order(scene), box, to_vec3f(glm::dvec3(cx, cy, cz) / extent)};
+  out.cells = {cx,
+               cy,
+               cz,
+               illumination_order(scene),
+               box,
+               to_vec3f(glm::dvec3(cx, cy, cz) / extent),
+               illumination_channels(out)};
   out.cell_size = to_vec3f(extent / glm::dvec3(cx, cy, cz));
   // As many points as a 256^3 grid has cells: their error stays below half of the photons'
   // (tests/statistical).

@@ -284,7 +284,8 @@ struct Witness {
   mutable std::vector<Question> asked;
   std::size_t real = ~std::size_t{0};  ///< the first question answered with a component
 
-  int collide(const MajorantGrid&, std::size_t cell, float v, Vec3f p, LookupCount&) const {
+  int collide(const MajorantGrid&, std::size_t cell, float v, Vec3f p, LookupCount&,
+              Decision = Decision::audited) const {
     asked.push_back({cell, v, p});
     return asked.size() > real ? 0 : virtual_particle;
   }

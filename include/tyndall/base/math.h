@@ -61,9 +61,7 @@ TYN_HD std::uint32_t float_bits(float x) {
   return __builtin_bit_cast(std::uint32_t, x);  // memcpy would keep loops from being vectorised
 }
 
-TYN_HD float bits_float(std::uint32_t bits) {
-  return __builtin_bit_cast(float, bits);
-}
+TYN_HD float bits_float(std::uint32_t bits) { return __builtin_bit_cast(float, bits); }
 
 /// Natural logarithm of a normal positive float, within 1 ulp or 2^-24 (the polynomial of Cephes'
 /// logf [Moshier1989]).

@@ -80,9 +80,7 @@ struct NoiseCloud {
   TYN_HD static Vec3f on_lattice(Vec3f p) {
     return {clamp(p.x, -reach, reach), clamp(p.y, -reach, reach), clamp(p.z, -reach, reach)};
   }
-  TYN_HD float shape(Vec3f p) const {
-    return coverage - falloff * relative_distance_squared(p);
-  }
+  TYN_HD float shape(Vec3f p) const { return coverage - falloff * relative_distance_squared(p); }
   TYN_HD float transfer(float noise, float shape) const {
     return clamp(contrast * (noise + shape), 0.0f, 1.0f);
   }
@@ -94,8 +92,8 @@ struct NoiseCloud {
     return transfer(fractal_noise(p, octaves, gain, seed), shape(p));
   }
 
-  /// \return whether v < extinction * density(p), v > 0: the same decision, bit for bit, from as few
-  /// octaves, coarse to fine, as settle it (octave squeezing). Counts them.
+  /// \return whether v < extinction * density(p), v > 0: the same decision, bit for bit, from as
+  /// few octaves, coarse to fine, as settle it (octave squeezing). Counts them.
   TYN_HD bool exceeds(Vec3f p, float extinction, float v, int& summed) const {
     if (v >= extinction) return false;
     p = on_lattice(p);

@@ -58,7 +58,7 @@ inline constexpr int virtual_particle = -1;
 /// Below the minorant the answer is certain without a look-up.
 template <class Component>
 TYN_HD bool is_real(const MajorantGrid& grid, int index, const Component& component,
-                    std::size_t cell, float v, Vec3f p, Decision decision, LookupCount& count) {
+                    std::size_t cell, float v, Vec3f p, LookupCount& count, Decision decision) {
   const std::size_t at = static_cast<std::size_t>(index) * grid.cells() + cell;
   if (decision != Decision::full && v < grid.lower[at]) return true;
   ++count.lookups;
@@ -82,8 +82,8 @@ struct SingleMedium {
   /// \return the component of a tentative collision at `p`, 0 < v < total[cell], or
   /// virtual_particle.
   TYN_HD int collide(const MajorantGrid& grid, std::size_t cell, float v, Vec3f p,
-                     Decision decision, LookupCount& count) const {
-    return is_real(grid, 0, single, cell, v, p, decision, count) ? 0 : virtual_particle;
+                     LookupCount& count, Decision decision = Decision::audited) const {
+    return is_real(grid, 0, single, cell, v, p, count, decision) ? 0 : virtual_particle;
   }
 
   template <class Copy>
@@ -105,11 +105,11 @@ struct MixedMedium {
   TYN_HD const Component<AnyField>& component(int i) const { return components[i]; }
 
   TYN_HD int collide(const MajorantGrid& grid, std::size_t cell, float v, Vec3f p,
-                     Decision decision, LookupCount& count) const {
+                     LookupCount& count, Decision decision = Decision::audited) const {
     for (int i = 0; i < component_count; ++i) {
       const float sigma_maj = grid.upper[static_cast<std::size_t>(i) * grid.cells() + cell];
       if (v < sigma_maj)
-        return is_real(grid, i, components[i], cell, v, p, decision, count) ? i : virtual_particle;
+        return is_real(grid, i, components[i], cell, v, p, count, decision) ? i : virtual_particle;
       v = v - sigma_maj;
     }
     return virtual_particle;  // v above the sum by a rounding error

@@ -54,8 +54,11 @@ struct IlluminationCells {
   int order = 0;
   Box box;
   Vec3f inverse_cell_size{1, 1, 1};  ///< [1/length]
+  int channels = 3;                  ///< RGB, or 1 where all light is grey
 
   TYN_HD std::size_t count() const { return static_cast<std::size_t>(nx) * ny * nz; }
+  /// Numbers per cell: [harmonics][channels].
+  TYN_HD int moments() const { return harmonics(order) * channels; }
   TYN_HD std::size_t index(int i, int j, int k) const {
     return (static_cast<std::size_t>(k) * ny + j) * nx + i;
   }
@@ -66,19 +69,19 @@ struct IlluminationCells {
   }
 };
 
-/// N: [cells][harmonics][RGB] in units of 2^-24 of a photon.
+/// N: [cells][harmonics][channels] in units of 2^-24 of a photon.
 struct IlluminationTally {
   IlluminationCells cells;
   std::int64_t* sums = nullptr;
 
   TYN_HD void score(Vec3f p, Vec3f direction, Vec3f weight) const {
-    const int n = harmonics(cells.order);
-    std::int64_t* cell = sums + cells.cell_of(p) * static_cast<std::size_t>(n) * 3u;
-    for (int i = 0; i < n; ++i) {
+    std::int64_t* sum = sums + cells.cell_of(p) * static_cast<std::size_t>(cells.moments());
+    for (int i = 0; i < harmonics(cells.order); ++i) {
       const float y = harmonic(i, direction);
-      deposit(cell[3 * i], to_units(weight.x * y));
-      deposit(cell[3 * i + 1], to_units(weight.y * y));
-      deposit(cell[3 * i + 2], to_units(weight.z * y));
+      deposit(*sum++, to_units(weight.x * y));
+      if (cells.channels == 1) continue;
+      deposit(*sum++, to_units(weight.y * y));
+      deposit(*sum++, to_units(weight.z * y));
     }
   }
 };
@@ -86,7 +89,7 @@ struct IlluminationTally {
 /// The grid as the gather reads it.
 struct IlluminationField {
   IlluminationCells cells;
-  const float* numerator = nullptr;    ///< [cells][harmonics][RGB] [W length]: N in absolute units
+  const float* numerator = nullptr;    ///< [cells][harmonics][channels] [W length]: N, absolute
   const float* denominator = nullptr;  ///< [cells] [length^2]: D
 
   /// Light scattered towards `towards` by matter of `phase` at `p`, per unit albedo: the integral
@@ -110,8 +113,11 @@ struct IlluminationField {
     for (int i = 0; i < n; ++i) {
       Vec3f moment{0, 0, 0};
       for (int c = 0; c < 8; ++c) {
-        const float* rgb = numerator + (index(c) * static_cast<std::size_t>(n) + i) * 3u;
-        moment = moment + weight(c) * Vec3f{rgb[0], rgb[1], rgb[2]};
+        const float* at = numerator + index(c) * static_cast<std::size_t>(cells.moments())
+                          + static_cast<std::size_t>(i * cells.channels);
+        const Vec3f rgb =
+            cells.channels == 1 ? Vec3f{at[0], at[0], at[0]} : Vec3f{at[0], at[1], at[2]};
+        moment = moment + weight(c) * rgb;
       }
       sum = sum + (phase.moment(order_of_harmonic(i)) * harmonic(i, towards)) * moment;
     }

@@ -11,6 +11,7 @@ namespace tyndall {
 struct Emitter {
   enum class Kind {
     point,        ///< from `position` evenly into the cone about `direction`
+    disc,         ///< from `position` through an even point of the disc that `direction` ends in
     beam,         ///< parallel light along `direction`, evenly over the face of the box
     environment,  ///< cosine-distributed inwards, evenly over the face of the box: constant
                   ///< radiance outside
@@ -23,6 +24,7 @@ struct Emitter {
   Vec3f position{0, 0, 0};
   Vec3f direction{0, 0, 1};
   float cone_cosine = -1;  ///< point: the cone that holds the medium
+  float radius = 0;        ///< disc, across `direction`
   Face face = 0;           ///< beam, environment
 };
 
@@ -62,6 +64,13 @@ TYN_HD Photon emit(const Lights& lights, const Box& box, RandomBlock first, Rand
       photon.ray.direction =
           direction_around(light.direction, 1.0f - u * (1.0f - light.cone_cosine), v);
       break;
+    case Emitter::Kind::disc: {
+      const SinCos turn = sin_cos_turn(v);
+      const float r = light.radius * sqrt(u);
+      const Vec3f across = to_frame_of(normalize(light.direction), {r * turn.cos, r * turn.sin, 0});
+      photon.ray.direction = normalize(light.direction + across);
+      break;
+    }
     case Emitter::Kind::beam:
       photon.ray.origin = point_on_face(box, light.face, uniform(first.b), uniform(first.c));
       break;

@@ -167,7 +167,7 @@ TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
       path.drawn = random.block(++path.event, Purpose::walk);
       path.tau = exponential(path.drawn.b);
       const int hit = medium.collide(grid, walk.cell(), uniform(path.drawn.a) * sigma_maj,
-                                     walk.position(), decision<usual>(path.drawn), count);
+                                     walk.position(), count, decision<usual>(path.drawn));
       if (hit != virtual_particle) {
         ++audit.real;
         flight = {Flight::End::collided, hit, 0};
