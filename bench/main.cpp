@@ -1,0 +1,182 @@
+/// \file
+/// tyndall-bench: the paper's tables, on this machine.
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+
+#include <fmt/format.h>
+#include <CLI/CLI.hpp>
+
+#include "measure.h"
+#include "page.h"
+#include "tyndall/render/error.h"
+#include "tyndall/render/parallel.h"
+
+namespace tyndall::bench {
+namespace {
+
+std::string title(const Case& c) {
+  return fmt::format("{}/{}^3", c.scene, c.effective_resolution());
+}
+
+std::string row_name(const Case& c, const std::string& sampler) {
+  return fmt::format("table{}/{}/{}", c.table, title(c), sampler);
+}
+
+/// The rate that ratios are taken of: the fastest variant of the paper's method.
+double published(const std::vector<Result>& results) {
+  double best = 0;
+  for (const Result& r : results)
+    if (r.sampler.starts_with("super_voxel_2011"))
+      best = std::max(best, r.photons_per_second.median);
+  return best;
+}
+
+void print(const std::vector<Result>& results) {
+  const double base = published(results);
+  double paper_base = 0;
+  for (const Result& r : results)
+    if (r.sampler == "super_voxel_2011") paper_base = r.paper;
+  std::printf("  %-21s %12s %23s %12s %8s %8s | %9s %8s %8s %8s %8s\n", "sampler", "photons/s",
+              "least .. most", "RGB order 1", "ratio", "paper's", "tent/real", "look-ups",
+              "octaves", "cells", "scatter");
+  for (const Result& r : results) {
+    const Audit& a = r.account.audit;
+    const auto flights = static_cast<double>(std::max<Audit::Count>(a.flights, 1));
+    std::printf(
+        "  %-21s %12.4g %10.4g .. %9.4g %12.4g %8s %8s | %9.3f %8.3f %8.2f %8.2f %8.2f\n",
+        r.sampler.c_str(), r.photons_per_second.median, r.photons_per_second.least,
+        r.photons_per_second.most, r.photons_per_second_color.median,
+        base > 0 ? fmt::format("{:.3g}", r.photons_per_second.median / base).c_str() : "-",
+        r.paper > 0 && paper_base > 0 ? fmt::format("{:.3g}", r.paper / paper_base).c_str() : "-",
+        r.per_real(a.tentative), r.per_real(a.lookups), r.per_real(a.octaves),
+        static_cast<double>(a.cells) / flights,
+        static_cast<double>(a.real) / static_cast<double>(r.photons));
+  }
+  std::fflush(stdout);
+}
+
+std::string json(const std::vector<Result>& results) {
+  std::string text = "[\n";
+  for (const Result& r : results) {
+    const Audit& a = r.account.audit;
+    text += fmt::format(
+        "{}  {{\"table\": {}, \"scene\": \"{}\", \"effective_resolution\": {}, \"sampler\": "
+        "\"{}\", "
+        "\"device\": \"{}\", \"threads\": {}, \"photons_per_second\": {:.6g}, "
+        "\"photons_per_second_least\": {:.6g}, \"photons_per_second_most\": {:.6g}, "
+        "\"photons_per_second_rgb_order_1\": {:.6g}, \"real_collisions_per_second\": {:.6g}, "
+        "\"tentative_per_real\": {:.6g}, \"lookups_per_real\": {:.6g}, \"octaves_per_real\": "
+        "{:.6g}, "
+        "\"cells_per_flight\": {:.6g}, \"scatterings_per_photon\": {:.6g}, \"paper\": {:.6g}}}",
+        text.size() > 2 ? ",\n" : "", r.which.table, r.which.scene, r.which.effective_resolution(),
+        r.sampler, r.device, r.threads, r.photons_per_second.median, r.photons_per_second.least,
+        r.photons_per_second.most, r.photons_per_second_color.median, r.collisions_per_second(),
+        r.per_real(a.tentative), r.per_real(a.lookups), r.per_real(a.octaves),
+        static_cast<double>(a.cells) / static_cast<double>(std::max<Audit::Count>(a.flights, 1)),
+        static_cast<double>(a.real) / static_cast<double>(r.photons), r.paper);
+  }
+  return text + "\n]\n";
+}
+
+void write(const std::string& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.close();
+  if (!file) throw Error(ExitCode::output_failed, path + ": cannot be written");
+}
+
+const char* const samplers[] = {"ray_marching",
+                                "woodcock",
+                                "woodcock_squeezed",
+                                "super_voxel_2011",
+                                "super_voxel_2011/32",
+                                "super_voxel_2011/64",
+                                "tyndall"};
+
+int run(int argc, char** argv) {
+  CLI::App app{
+      "Times photons in the paper's media [SzirmayKalos2011]: ray marching, Woodcock tracking, "
+      "super-voxels as published, and what tyndall does."};
+  std::string table = "all", filter, json_file, html_file;
+  Options options;
+  bool list = false;
+  app.add_option("--table", table, "1, 2, 3 or all")->check(CLI::IsMember({"1", "2", "3", "all"}));
+  app.add_option("--photons", options.photons, "per row and repeat (default: what fits the time)");
+  app.add_option("--seconds", options.seconds, "per row (default 2)")->check(CLI::PositiveNumber);
+  app.add_option("--repeats", options.repeats, "interleaved (default 5)")
+      ->check(CLI::Range(1, 1000));
+  app.add_option("--threads", options.threads, "0: one per hardware thread (default 1)")
+      ->check(CLI::Range(0, 4096));
+  app.add_option("--device", options.device, "cpu or cuda")->check(CLI::IsMember({"cpu", "cuda"}));
+  app.add_option("--filter", filter, "only rows whose name this regular expression finds");
+  app.add_option("--json", json_file, "write the rows as JSON");
+  app.add_option("--html", html_file, "write a page with plots");
+  app.add_flag("--list", list, "print the names of the rows and end");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : static_cast<int>(ExitCode::usage);
+  }
+  options.threads = thread_count(options.threads);
+  std::regex wanted;
+  try {
+    wanted = std::regex(filter);
+  } catch (const std::regex_error&) {
+    throw Error(ExitCode::usage, fmt::format("--filter: '{}' is no regular expression", filter));
+  }
+
+  std::vector<Result> results;
+  std::set<std::string> checked;
+  for (const Case& which : cases()) {
+    if (table != "all" && which.table != table[0] - '0') continue;
+    const auto is_wanted = [&](const std::string& sampler) {
+      return std::regex_search(row_name(which, sampler), wanted);
+    };
+    if (std::none_of(std::begin(samplers), std::end(samplers), is_wanted)) continue;
+    if (list) {
+      for (const char* sampler : samplers)
+        if (is_wanted(sampler)) std::printf("%s\n", row_name(which, sampler).c_str());
+      continue;
+    }
+    Stage stage(which, thread_count(0));
+    std::printf("Table %d, %s: %s, %d thread%s\n", which.table, title(which).c_str(),
+                options.device.c_str(), options.threads, options.threads == 1 ? "" : "s");
+    stage.threads = options.threads;
+    if (options.device == "cpu" && checked.insert(title(which)).second) {
+      const Verdict verdict = check(stage, options);
+      for (const std::string& line : verdict.lines) std::printf("%s\n", line.c_str());
+      std::fflush(stdout);
+      if (!verdict.agree)
+        throw Error(ExitCode::internal, "the samplers do not agree: nothing was timed");
+    }
+    const std::vector<Result> own = measure(stage, options, is_wanted);
+    print(own);
+    results.insert(results.end(), own.begin(), own.end());
+  }
+  if (list) return 0;
+  if (results.empty())
+    throw Error(options.device == "cuda" ? ExitCode::device : ExitCode::usage,
+                options.device == "cuda" ? "this build has no CUDA" : "no row has such a name");
+  if (!json_file.empty()) write(json_file, json(results));
+  if (!html_file.empty()) write(html_file, page(results));
+  return 0;
+}
+
+}  // namespace
+}  // namespace tyndall::bench
+
+int main(int argc, char** argv) {
+  try {
+    return tyndall::bench::run(argc, argv);
+  } catch (const tyndall::Error& error) {
+    std::fprintf(stderr, "tyndall-bench: %s\n", error.what());
+    return static_cast<int>(error.code());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "tyndall-bench: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,54 @@
+/// \file
+/// Correct first, then fast: checks and timings of the rows of a case.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "rows.h"
+
+namespace tyndall::bench {
+
+struct Options {
+  std::uint64_t photons = 0;  ///< per row and repeat; 0: what fits the time
+  double seconds = 2;         ///< per row, over all repeats
+  int repeats = 5;
+  int threads = 1;
+  std::string device = "cpu";
+};
+
+/// Median and extremes over the repeats.
+struct Spread {
+  double median = 0, least = 0, most = 0;
+};
+
+struct Result {
+  Case which;
+  std::string sampler;
+  std::string device;
+  int threads = 1;
+  Account account;  ///< of all repeats
+  std::uint64_t photons = 0;
+  Spread photons_per_second, photons_per_second_color;
+  double paper = 0;  ///< [1e6 photons/s], 0: not in the paper
+
+  double per_real(Audit::Count count) const;
+  double collisions_per_second() const;
+};
+
+/// What a check found.
+struct Verdict {
+  bool agree = true;
+  std::vector<std::string> lines;
+};
+
+/// Do the unbiased samplers agree in the length and the escape probability of first flights, does
+/// `tyndall` leave the tally of its reference bit for bit, does ray marching follow its own steps?
+Verdict check(Stage& stage, const Options& options);
+
+/// Times the rows `wanted`, their repeats interleaved.
+std::vector<Result> measure(Stage& stage, const Options& options,
+                            const std::function<bool(const std::string&)>& wanted);
+
+}  // namespace tyndall::bench
