@@ -226,6 +226,12 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
   result.picture = develop(prepared, film, scene.samples);
   result.seconds.pixels = seconds_since(start);
 
+  if (const auto violations = result.shoot.violations + result.gather.violations; violations > 0) {
+    result.warnings.push_back(
+        fmt::format("{} audited look-ups lay outside the bounds of their super-voxel: the picture "
+                    "is biased (a defect of Tyndall; please report it)",
+                    violations));
+  }
   Hasher pixel_bits;
   for (const float value : result.picture.rgba) pixel_bits.add(float_bits(value));
   result.hashes = {tallies.value(), pixel_bits.value()};
