@@ -478,8 +478,8 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<bool(
                illumination_channels(out)};
   out.cell_size = to_vec3f(extent / glm::dvec3(cx, cy, cz));
   // As many points as a 256^3 grid has cells: their error stays below half of the photons'
-  // (tests/statistical).
-  out.strata = clamp(256 / std::max({cx, cy, cz}), 1, 8);
+  // (tests/statistical). No fewer than 4^3 a cell, or wisps slip through between them.
+  out.strata = clamp(256 / std::max({cx, cy, cz}), 4, 8);
   int exponent = 0;
   std::frexp(std::max(double{out.tables.whole_total[0]}, 1e-30), &exponent);
   out.matter_scale = static_cast<float>(std::ldexp(1.0, 40 - exponent));
