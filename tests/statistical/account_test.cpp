@@ -85,9 +85,10 @@ MatterErrors matter_errors(scene::Field field) {
       if (exact[i] > 0) variance[i] += std::pow(d[i] / exact[i] - 1, 2) / seeds;
     }
   }
+  const auto moments = static_cast<std::uint64_t>(tallies.scene.cells.moments());
   double matter_error = 0, light = 0, bad = 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    const double collisions = static_cast<double>(tallies.illumination[cells[i] * 3])
+    const double collisions = static_cast<double>(tallies.illumination[cells[i] * moments])
                               / (0.28209479 * double{weight_units});
     if (exact[i] <= 0) continue;
     matter_error += collisions * collisions * variance[i];
