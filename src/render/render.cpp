@@ -145,51 +145,6 @@ Illumination read_out(const PreparedScene& scene, const std::vector<std::int64_t
   return out;
 }
 
-/// Light of cells in which the points of the matter pass found next to nothing, by their count or
-/// by chance: N / D would be a ratio of two noises, a speck as bright as it likes. Such a cell is
-/// topped up to the matter of `least_points` points of its neighbourhood, with the neighbourhood's
-/// light.
-void fill_thin_cells(const PreparedScene& scene, Illumination& light) {
-  constexpr double least_points = 8;
-  const IlluminationCells& cells = scene.cells;
-  const std::size_t values = static_cast<std::size_t>(cells.moments());
-  const double points = static_cast<double>(scene.strata) * scene.strata * scene.strata;
-  std::vector<std::size_t> thin;
-  std::vector<float> added;  // per thin cell: D, then N
-  const auto around = [&](int i, int j, int k, const auto& visit) {
-    for (int c = std::max(k - 1, 0); c <= std::min(k + 1, cells.nz - 1); ++c)
-      for (int b = std::max(j - 1, 0); b <= std::min(j + 1, cells.ny - 1); ++b)
-        for (int a = std::max(i - 1, 0); a <= std::min(i + 1, cells.nx - 1); ++a)
-          visit(cells.index(a, b, c));
-  };
-  std::vector<double> sum(values);
-  for (int k = 0; k < cells.nz; ++k) {
-    for (int j = 0; j < cells.ny; ++j) {
-      for (int i = 0; i < cells.nx; ++i) {
-        const std::size_t cell = cells.index(i, j, k);
-        double matter = 0;
-        around(i, j, k, [&](std::size_t other) { matter += double{light.denominator[other]}; });
-        const double least = matter * std::min(least_points / (27 * points), 1.0);
-        const double missing = least - double{light.denominator[cell]};
-        if (!(missing > 0)) continue;
-        std::fill(sum.begin(), sum.end(), 0.0);
-        around(i, j, k, [&](std::size_t other) {
-          for (std::size_t v = 0; v < values; ++v)
-            sum[v] += double{light.numerator[other * values + v]};
-        });
-        thin.push_back(cell);
-        added.push_back(static_cast<float>(missing));
-        for (const double n : sum) added.push_back(static_cast<float>(n * (missing / matter)));
-      }
-    }
-  }
-  const float* add = added.data();
-  for (const std::size_t cell : thin) {
-    light.denominator[cell] += *add++;
-    for (std::size_t v = 0; v < values; ++v) light.numerator[cell * values + v] += *add++;
-  }
-}
-
 Picture develop(const PreparedScene& scene, const FilmTallies& film, std::uint64_t samples) {
   Picture picture{scene.film_width, scene.film_height, {}, {}};
   picture.rgba.reserve(film.pixels.size() * 4);
@@ -254,7 +209,6 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
     tallies.add_all(sums.data(), sums.size());
     tallies.add_all(matter.data(), matter.size());
     illumination = read_out(prepared, sums, matter, result.photon_power);
-    fill_thin_cells(prepared, illumination);
   }
   result.seconds.matter = seconds_since(start);
 
