@@ -96,10 +96,12 @@ void check_stalled(const Ledger& ledger, std::vector<std::string>& warnings) {
   if (share > 1e-3) {
     throw Error(
         ExitCode::internal,
-        fmt::format("{:.3g} of the power stalled: flights of more than {} crossings (light "
-                    "runs along periodic sides through next to no matter); add extinction or "
-                    "open a side",
-                    share, most_crossings));
+        fmt::format(
+            "{:.3g} of the power stalled in flights of more than {} super-voxels (along "
+            "periodic sides through next to no matter: add extinction or open a side) or "
+            "as many virtual particles (beside matter far denser than all else: lower its "
+            "extinction, which is opaque long before, or raise medium.majorants.resolution)",
+            share, most_crossings));
   }
   if (share > 1e-6)
     warnings.push_back(

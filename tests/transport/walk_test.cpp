@@ -419,6 +419,24 @@ TEST(Track, gives_up_in_an_empty_periodic_box) {
   EXPECT_TRUE(medium.asked.empty());
 }
 
+/// Nothing but virtual particles.
+struct Void {
+  int collide(const MajorantGrid&, std::size_t, float, Vec3f, LookupCount&,
+              Decision = Decision::audited) const {
+    return virtual_particle;
+  }
+};
+
+// Steps of 1e-9 are lost in the rounding of a distance of 0.5: the walk stands still.
+TEST(Track, gives_up_among_virtual_particles_too_dense_to_pass) {
+  const Majorants m(grid_of(1, 2, 1, {1, 1, 1}), {1e9f, 1e9f});
+  const RandomStream stream{1, 1, Domain::photon};
+  Path path{{{0.5f, 0.01f, 0.5f}, {0, 1, 0}}, 1, 0, {}};
+  Audit audit;
+  EXPECT_EQ(track(Void{}, m.grid, path, stream, audit).end, Flight::End::stalled);
+  EXPECT_EQ(audit.tentative, most_virtual);
+}
+
 // ---- Into the box
 
 TEST(Enter, moves_a_ray_onto_an_open_box_or_says_that_it_misses) {

@@ -23,6 +23,9 @@ using Face = int;
 /// One flight must not cross more super-voxels: with periodic sides and little extinction it would
 /// never end.
 inline constexpr int most_crossings = 1 << 20;
+/// Nor meet more virtual particles: where the majorant is far above the matter (and tau / sigma_maj
+/// below the rounding of the distance) it would stand still.
+inline constexpr int most_virtual = 1 << 20;
 
 /// \return where along `ray` the plane `axis = plane` lies; beyond everything for rays along the
 /// plane.
@@ -146,7 +149,7 @@ TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
                     const RandomStream& random, Audit& audit) {
   ++audit.flights;
   SuperVoxelWalk walk(grid, path.ray);
-  int crossings = 0;
+  int crossings = 0, virtual_particles = 0;
   LookupCount count;
   Flight flight{Flight::End::stalled, virtual_particle, 0};
   for (;;) {
@@ -173,6 +176,7 @@ TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
         flight = {Flight::End::collided, hit, 0};
         break;
       }
+      if (++virtual_particles == most_virtual) break;
     }
   }
   path.ray.origin = walk.position();
