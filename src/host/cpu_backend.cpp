@@ -1,9 +1,11 @@
 /// \file
 /// The reference: every pass called index by index on the threads of the host.
+#include <algorithm>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "host/lanes.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/prepare.h"
@@ -11,6 +13,8 @@
 
 namespace tyndall {
 namespace {
+
+bool is_open(const Box& box) { return !box.periodic_x && !box.periodic_y && !box.periodic_z; }
 
 class CpuBackend final : public Backend {
  public:
@@ -31,6 +35,26 @@ class CpuBackend final : public Backend {
   }
 
   void shoot(IndexRange photons) override {
+    const auto* cloud = std::get_if<SingleMedium<NoiseCloud>>(&scene_->medium);
+    const auto* walk = std::get_if<SuperVoxel>(&scene_->sampler);
+    if (cloud && walk && is_open(cloud->whole.box)) {
+      const std::uint64_t share =
+          (photons.end - photons.begin) / (4u * static_cast<unsigned>(threads_));
+      const std::uint64_t grain = std::clamp<std::uint64_t>(share, 2048, 65536);
+      parallel_for(
+          photons.begin, photons.end, grain, threads_, [&](std::uint64_t begin, std::uint64_t end) {
+            Account account;
+            shoot_lanes({*cloud,
+                         *walk,
+                         Lights{scene_->emitters.data(), static_cast<int>(scene_->emitters.size())},
+                         scene_->seed,
+                         {scene_->cells, illumination_.data()},
+                         &account},
+                        begin, end);
+            add(account_, account);
+          });
+      return;
+    }
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
       run(photons, 64, [&](Account* account) {
         return ShootPass<Medium, Sampler>{

@@ -32,7 +32,7 @@ build() {
   mkdir "$scratch/$name"
   for source in src/render/*.cpp src/host/*.cpp tests/parity/hashes.cpp; do
     object=$scratch/$name/${source//\//_}.o
-    "${launcher[@]}" "$compiler" -std=c++20 -ffp-contract=off "$@" -DFMT_HEADER_ONLY -Iinclude \
+    "${launcher[@]}" "$compiler" -std=c++20 -ffp-contract=off "$@" -DFMT_HEADER_ONLY -Iinclude -Isrc \
       -c "$source" -o "$object" || return 1
     objects+=("$object")
   done

@@ -1,5 +1,6 @@
 #include "tyndall/random/random.h"
 
+#include <Random123/philox.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -98,13 +98,11 @@ struct NoiseCloud {
     if (v >= extinction) return false;
     p = on_lattice(p);
     const float body = shape(p);
-    // Undo the transfer once: the noise is above the threshold, or it is not, but for rounding.
-    const float threshold = v / (extinction * contrast) - body;
-    float rest = fractal_noise_bound(octaves, gain);
-    rest = rest + squeeze_rounding * (rest + abs(body) + abs(threshold));
+    const float undone = threshold(extinction, v, body);
+    float rest = widened(fractal_noise_bound(octaves, gain), body, undone);
     float noise = 0.0f, amplitude = 1.0f;
     for (int k = 1; k <= octaves; ++k) {
-      if (abs(noise - threshold) > rest) return noise > threshold;
+      if (abs(noise - undone) > rest) return noise > undone;
       p = 2.0f * p;
       noise = noise + amplitude * gradient_noise(p, octave_seed(seed, k));
       rest = rest - noise_bound * amplitude;
@@ -112,6 +110,15 @@ struct NoiseCloud {
       ++summed;
     }
     return v < extinction * transfer(noise, body);
+  }
+
+  /// Undoes the transfer: v < extinction * density where the noise is above this, but for rounding.
+  TYN_HD float threshold(float extinction, float v, float body) const {
+    return v / (extinction * contrast) - body;
+  }
+  /// What the octaves left out add at most, widened by all that rounding may do.
+  TYN_HD static float widened(float rest, float body, float threshold) {
+    return rest + squeeze_rounding * (rest + abs(body) + abs(threshold));
   }
 
   /// Share of the largest terms that rounding may change in a comparison: 15 additions, and a few

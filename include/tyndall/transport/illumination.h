@@ -75,7 +75,11 @@ struct IlluminationTally {
   std::int64_t* sums = nullptr;
 
   TYN_HD void score(Vec3f p, Vec3f direction, Vec3f weight) const {
-    std::int64_t* sum = sums + cells.cell_of(p) * static_cast<std::size_t>(cells.moments());
+    score(cells.cell_of(p), direction, weight);
+  }
+
+  TYN_HD void score(std::size_t cell, Vec3f direction, Vec3f weight) const {
+    std::int64_t* sum = sums + cell * static_cast<std::size_t>(cells.moments());
     for (int i = 0; i < harmonics(cells.order); ++i) {
       const float y = harmonic(i, direction);
       deposit(*sum++, to_units(weight.x * y));

@@ -44,49 +44,68 @@ class SuperVoxelWalk {
     start();
   }
 
-  TYN_HD std::size_t cell() const { return grid_.index(i_, j_, k_); }
+  TYN_HD std::size_t cell() const { return grid_.index(place_.i, place_.j, place_.k); }
   TYN_HD float length_to_exit() const { return t_exit_ - t_; }  ///< [length]
   TYN_HD Vec3f direction() const { return ray_.direction; }
   TYN_HD Vec3f position() const { return ray_.origin + t_ * ray_.direction; }
   TYN_HD void advance(float distance) { t_ = min(t_ + distance, t_exit_); }
 
   /// Steps into the next super-voxel. \return false where the ray leaves the box, through face().
-  TYN_HD bool cross() {
+  TYN_HD bool cross() { return step() || (periodic() && wrap()); }
+
+  /// The same, but leaves at periodic sides too. Without branches: lanes step together.
+  TYN_HD bool step() {
     t_ = t_exit_;
-    if (t_x_ <= t_y_ && t_x_ <= t_z_) {
-      i_ += ray_.direction.x < 0.0f ? -1 : 1;
-      face_ = ray_.direction.x < 0.0f ? 0 : 1;
-      if (i_ < 0 || i_ >= grid_.nx) return grid_.box.periodic_x && wrap();
-      t_x_ = crossing(i_, grid_.cell_size.x, ray_.direction.x, ray_.origin.x, inverse_.x);
-    } else if (t_y_ <= t_z_) {
-      j_ += ray_.direction.y < 0.0f ? -1 : 1;
-      face_ = ray_.direction.y < 0.0f ? 2 : 3;
-      if (j_ < 0 || j_ >= grid_.ny) return grid_.box.periodic_y && wrap();
-      t_y_ = crossing(j_, grid_.cell_size.y, ray_.direction.y, ray_.origin.y, inverse_.y);
-    } else {
-      k_ += ray_.direction.z < 0.0f ? -1 : 1;
-      face_ = ray_.direction.z < 0.0f ? 4 : 5;
-      if (k_ < 0 || k_ >= grid_.nz) return grid_.box.periodic_z && wrap();
-      t_z_ = crossing(k_, grid_.cell_size.z, ray_.direction.z, ray_.origin.z, inverse_.z);
-    }
-    find_exit();
-    return true;
+    const bool x = (t_x_ <= t_y_) & (t_x_ <= t_z_), y = !x & (t_y_ <= t_z_), z = !x & !y;
+    const int to_x = ray_.direction.x < 0.0f ? -1 : 1, to_y = ray_.direction.y < 0.0f ? -1 : 1,
+              to_z = ray_.direction.z < 0.0f ? -1 : 1;
+    place_.i += x ? to_x : 0;
+    place_.j += y ? to_y : 0;
+    place_.k += z ? to_z : 0;
+    face_ = x ? (to_x + 1) / 2 : y ? 2 + (to_y + 1) / 2 : 4 + (to_z + 1) / 2;
+    find_crossings();
+    return (place_.i >= 0) & (place_.i < grid_.nx) & (place_.j >= 0) & (place_.j < grid_.ny)
+           & (place_.k >= 0) & (place_.k < grid_.nz);
+  }
+
+  /// Which super-voxel a walk has got to.
+  struct Place {
+    int i, j, k;
+  };
+  TYN_HD Place place() const { return place_; }
+  TYN_HD float distance() const { return t_; }  ///< along the ray [length]
+
+  /// A walk along `ray` that is at `place`, `distance` away from its origin.
+  TYN_HD SuperVoxelWalk(const MajorantGrid& grid, const Ray& ray, Place place, float distance)
+      : grid_(grid), ray_(ray), place_(place), t_(distance) {
+    invert();
+    find_crossings();
   }
 
   TYN_HD Face face() const { return face_; }
 
  private:
-  TYN_HD void start() {
+  TYN_HD void invert() {
     inverse_ = {inverse_component(ray_.direction.x), inverse_component(ray_.direction.y),
                 inverse_component(ray_.direction.z)};
-    i_ = MajorantGrid::coordinate(ray_.origin.x, grid_.inverse_cell_size.x, grid_.nx);
-    j_ = MajorantGrid::coordinate(ray_.origin.y, grid_.inverse_cell_size.y, grid_.ny);
-    k_ = MajorantGrid::coordinate(ray_.origin.z, grid_.inverse_cell_size.z, grid_.nz);
+  }
+
+  TYN_HD void start() {
+    invert();
+    place_ = {MajorantGrid::coordinate(ray_.origin.x, grid_.inverse_cell_size.x, grid_.nx),
+              MajorantGrid::coordinate(ray_.origin.y, grid_.inverse_cell_size.y, grid_.ny),
+              MajorantGrid::coordinate(ray_.origin.z, grid_.inverse_cell_size.z, grid_.nz)};
     t_ = 0.0f;
-    t_x_ = crossing(i_, grid_.cell_size.x, ray_.direction.x, ray_.origin.x, inverse_.x);
-    t_y_ = crossing(j_, grid_.cell_size.y, ray_.direction.y, ray_.origin.y, inverse_.y);
-    t_z_ = crossing(k_, grid_.cell_size.z, ray_.direction.z, ray_.origin.z, inverse_.z);
-    find_exit();
+    find_crossings();
+  }
+
+  // Rounding may put a start or a crossing an ulp past the plane: time never runs backwards.
+  TYN_HD void find_crossings() {
+    const Vec3f d = ray_.direction, o = ray_.origin;
+    t_x_ = crossing(place_.i, grid_.cell_size.x, d.x, o.x, inverse_.x);
+    t_y_ = crossing(place_.j, grid_.cell_size.y, d.y, o.y, inverse_.y);
+    t_z_ = crossing(place_.k, grid_.cell_size.z, d.z, o.z, inverse_.z);
+    t_exit_ = max(t_, min(t_x_, min(t_y_, t_z_)));
   }
 
   TYN_HD static float crossing(int i, float size, float direction, float origin, float inverse) {
@@ -94,8 +113,11 @@ class SuperVoxelWalk {
     return distance_to_plane(plane, origin, inverse);
   }
 
-  // Rounding may put a start or a crossing an ulp past the plane: time never runs backwards.
-  TYN_HD void find_exit() { t_exit_ = max(t_, min(t_x_, min(t_y_, t_z_))); }
+  TYN_HD bool periodic() const {
+    return face_ / 2 == 0   ? grid_.box.periodic_x
+           : face_ / 2 == 1 ? grid_.box.periodic_y
+                            : grid_.box.periodic_z;
+  }
 
   // Enters at the opposite face. The ray starts anew there: a position computed along one long ray
   // would drift.
@@ -114,7 +136,7 @@ class SuperVoxelWalk {
   const MajorantGrid& grid_;
   Ray ray_;
   Vec3f inverse_;
-  int i_, j_, k_;
+  Place place_;
   float t_, t_x_, t_y_, t_z_, t_exit_;
   Face face_ = 0;
 };
