@@ -291,7 +291,8 @@ void prepare_camera(const Scene& scene, PreparedScene& out) {
   out.film_width = c.resolution[0];
   out.film_height = c.resolution[1];
   const SinCos half = sin_cos_turn(static_cast<float>(c.fov / 720.0));
-  const double tangent = double{half.sin} / double{half.cos};
+  // Next to 180 degrees the cosine rounds to 0, and the directions would be no numbers.
+  const double tangent = double{half.sin} / std::max(double{half.cos}, 1e-7);
   const glm::dvec3 forward = glm::normalize(c.look_at - c.position);
   const glm::dvec3 right = glm::normalize(glm::cross(forward, c.up));
   const glm::dvec3 up = glm::cross(right, forward);
