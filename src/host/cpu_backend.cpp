@@ -1,5 +1,6 @@
 /// \file
-/// The reference: every pass called index by index on the threads of the host.
+/// The threads of the host: every pass called index by index, but for photons in a single noise
+/// cloud, which fly side by side in lanes.
 #include <algorithm>
 #include <utility>
 
@@ -35,35 +36,21 @@ class CpuBackend final : public Backend {
   }
 
   void shoot(IndexRange photons) override {
-    const auto* cloud = std::get_if<SingleMedium<NoiseCloud>>(&scene_->medium);
-    const auto* walk = std::get_if<SuperVoxel>(&scene_->sampler);
-    if (cloud && walk && is_open(cloud->whole.box)) {
-      const std::uint64_t share =
-          (photons.end - photons.begin) / (4u * static_cast<unsigned>(threads_));
-      const std::uint64_t grain = std::clamp<std::uint64_t>(share, 2048, 65536);
-      parallel_for(
-          photons.begin, photons.end, grain, threads_, [&](std::uint64_t begin, std::uint64_t end) {
-            Account account;
-            shoot_lanes({*cloud,
-                         *walk,
-                         Lights{scene_->emitters.data(), static_cast<int>(scene_->emitters.size())},
-                         scene_->seed,
-                         {scene_->cells, illumination_.data()},
-                         &account},
-                        begin, end);
-            add(account_, account);
-          });
-      return;
-    }
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
+      const ShootPass<Medium, Sampler> pass{
+          medium,
+          sampler,
+          Lights{scene_->emitters.data(), static_cast<int>(scene_->emitters.size())},
+          scene_->seed,
+          IlluminationTally{scene_->cells, illumination_.data()},
+          nullptr};
+      if constexpr (requires { shoot_lanes(pass, 0, 0); }) {
+        if (is_open(medium.whole.box)) return run_lanes(photons, pass);
+      }
       run(photons, 64, [&](Account* account) {
-        return ShootPass<Medium, Sampler>{
-            medium,
-            sampler,
-            Lights{scene_->emitters.data(), static_cast<int>(scene_->emitters.size())},
-            scene_->seed,
-            IlluminationTally{scene_->cells, illumination_.data()},
-            account};
+        ShootPass<Medium, Sampler> own = pass;
+        own.account = account;
+        return own;
       });
     });
   }
@@ -129,6 +116,21 @@ class CpuBackend final : public Backend {
                    Account account;
                    const auto pass = make_pass(&account);
                    for (std::uint64_t index = begin; index < end; ++index) pass(index);
+                   add(account_, account);
+                 });
+  }
+
+  /// Long chunks: the lanes of a chunk's last photons run half empty.
+  template <class Pass>
+  void run_lanes(IndexRange photons, const Pass& pass) {
+    const std::uint64_t share =
+        (photons.end - photons.begin) / (4 * static_cast<std::uint64_t>(threads_));
+    parallel_for(photons.begin, photons.end, std::clamp<std::uint64_t>(share, 2048, 65536),
+                 threads_, [&](std::uint64_t begin, std::uint64_t end) {
+                   Account account;
+                   Pass own = pass;
+                   own.account = &account;
+                   shoot_lanes(own, begin, end);
                    add(account_, account);
                  });
   }

@@ -142,8 +142,7 @@ inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place)
   return octaves;
 }
 
-[[gnu::flatten]] void locate(Lanes& s, const MajorantGrid&, const IlluminationCells& c,
-                             const Phase&) {
+[[gnu::flatten]] void locate(Lanes& s, const IlluminationCells& c) {
   const IlluminationCells cells = c;
   for (int l = 0; l < Lanes::size; ++l) {
     s.illumination_cell[l] =
@@ -167,8 +166,7 @@ template <Phase::Kind kind>
   }
 }
 
-[[gnu::flatten]] void scatter(Lanes& s, const MajorantGrid& g, const IlluminationCells&,
-                              const Phase& phase) {
+[[gnu::flatten]] void scatter(Lanes& s, const MajorantGrid& g, const Phase& phase) {
   const MajorantGrid grid = g;
   switch (phase.kind) {
     case Phase::Kind::isotropic:

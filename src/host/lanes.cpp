@@ -13,6 +13,9 @@ TYNDALL_DECLARE_STAGES(plain)
 TYNDALL_DECLARE_STAGES(v4)
 #endif
 
+namespace {
+
+/// The widest that this processor has.
 LaneStages lane_stages() {
 #if defined(TYNDALL_LANES_X86_64_V4)
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw")
@@ -22,8 +25,6 @@ LaneStages lane_stages() {
 #endif
   return plain::stages;
 }
-
-namespace {
 
 /// Moves photons between the stages, and keeps their account.
 class Batch {
@@ -46,10 +47,9 @@ class Batch {
       stages.draw(lanes_, grid_, pass_.seed);
       pack();
       audit_.octaves += stages.decide(some_, lanes_, component);
-      if (component.scatters())
-        stages.locate(lanes_, grid_, pass_.illumination.cells, component.phase);
+      if (component.scatters()) stages.locate(lanes_, pass_.illumination.cells);
       collide();
-      stages.scatter(lanes_, grid_, pass_.illumination.cells, component.phase);
+      stages.scatter(lanes_, grid_, component.phase);
     }
     deposit_audit(pass_.account->audit, audit_);
   }
@@ -63,11 +63,7 @@ class Batch {
   int refill() {
     int under_way = 0;
     for (int l = 0; l < Lanes::size; ++l) {
-      if (lanes_.state[l] == Lanes::left) {
-        deposit(ledger().escaped[lanes_.face[l]], 1);
-        deposit_weight(ledger().escaped_power[lanes_.face[l]], weight(l));
-        lanes_.state[l] = Lanes::idle;
-      }
+      if (lanes_.state[l] == Lanes::left) leave(l, Flight::End::escaped);
       while (lanes_.state[l] == Lanes::idle && next_ < end_) emit_into(l, next_++);
       under_way += lanes_.state[l] != Lanes::idle;
     }
@@ -75,25 +71,17 @@ class Batch {
   }
 
   void emit_into(int l, std::uint64_t index) {
-    const RandomStream random{pass_.seed, index, Domain::photon};
-    const RandomBlock first = random.block(0, Purpose::emission);
-    const Box& box = pass_.medium.whole.box;
-    Photon photon = emit(pass_.lights, box, first, random.block(0, Purpose::aim));
-    deposit(ledger().shot, 1);
-    deposit_weight(ledger().shot_power, photon.weight);
-    if (!enter(box, photon.ray)) {
-      deposit(ledger().missed, 1);
-      deposit_weight(ledger().missed_power, photon.weight);
-      return;
-    }
+    Path path;
+    Vec3f w;
+    if (!pass_.begin({pass_.seed, index, Domain::photon}, path, w)) return;
     lanes_.index[l] = index;
-    lanes_.event[l] = 0;
-    lanes_.tau[l] = exponential(first.d);
-    set_weight(l, photon.weight);
-    lanes_.direction_x[l] = photon.ray.direction.x;
-    lanes_.direction_y[l] = photon.ray.direction.y;
-    lanes_.direction_z[l] = photon.ray.direction.z;
-    const Vec3f o = photon.ray.origin;
+    lanes_.event[l] = path.event;
+    lanes_.tau[l] = path.tau;
+    set_weight(l, w);
+    lanes_.direction_x[l] = path.ray.direction.x;
+    lanes_.direction_y[l] = path.ray.direction.y;
+    lanes_.direction_z[l] = path.ray.direction.z;
+    const Vec3f o = path.ray.origin;
     lanes_.origin_x[l] = o.x;
     lanes_.origin_y[l] = o.y;
     lanes_.origin_z[l] = o.z;
@@ -116,7 +104,7 @@ class Batch {
       const Vec3f p{lanes_.x[l], lanes_.y[l], lanes_.z[l]};
       const float v = lanes_.v[l];
       ++audit_.lookups;
-      if ((lanes_.word_d[l] & 0xffu) == 0u) {
+      if (is_audited(lanes_.word_d[l])) {
         LookupCount count;
         const auto cell = grid_.index(lanes_.i[l], lanes_.j[l], lanes_.k[l]);
         lanes_.real[l] = is_real(grid_, 0, component, cell, v, p, count, Decision::audited);
@@ -144,7 +132,7 @@ class Batch {
     for (int l = 0; l < Lanes::size; ++l) {
       if (lanes_.state[l] != Lanes::arrived) continue;
       if (lanes_.real[l] != 1) {
-        if (++lanes_.virtual_particles[l] == most_virtual) stall(l);
+        if (++lanes_.virtual_particles[l] == most_virtual) leave(l, Flight::End::stalled);
         continue;
       }
       ++audit_.real;
@@ -155,22 +143,21 @@ class Batch {
                                  w);
       if (absorbs) {
         const RandomStream random{pass_.seed, lanes_.index[l], Domain::photon};
-        const Scattering next = tyndall::scatter(w, component.albedo, random, lanes_.event[l]);
-        Pass::settle(ledger(), 0, w, component.albedo, next);
-        if (next.absorbed || next.rouletted) {
+        Vec3f after = w;
+        if (!pass_.survive(0, component.albedo, random, lanes_.event[l], after)) {
           lanes_.state[l] = Lanes::idle;
           continue;
         }
-        set_weight(l, next.weight);
+        set_weight(l, after);
       }
       begin_flight(l);
     }
   }
 
-  /// A box with open sides has fewer super-voxels along a ray than most_crossings.
-  void stall(int l) {
-    deposit(ledger().stalled, 1);
-    deposit_weight(ledger().stalled_power, weight(l));
+  /// A box with open sides has fewer super-voxels along a ray than most_crossings: flights stall
+  /// among virtual particles alone.
+  void leave(int l, Flight::End end) {
+    pass_.leave({end, virtual_particle, lanes_.face[l]}, weight(l));
     lanes_.state[l] = Lanes::idle;
   }
 
@@ -180,7 +167,6 @@ class Batch {
     ++audit_.cells;
   }
 
-  Ledger& ledger() { return pass_.account->ledger; }
   Vec3f weight(int l) const { return {lanes_.weight_x[l], lanes_.weight_y[l], lanes_.weight_z[l]}; }
   void set_weight(int l, Vec3f w) {
     lanes_.weight_x[l] = w.x;

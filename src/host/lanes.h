@@ -54,20 +54,18 @@ using DrawStage = void(Lanes& lanes, const MajorantGrid& grid, std::uint64_t see
 /// Decides the others. \return octaves summed.
 using DecideStage = std::int64_t(Undecided& some, Lanes& lanes,
                                  const Component<NoiseCloud>& medium);
-/// New directions for real collisions, new flights for them and for virtual ones.
-using ScatterStage = void(Lanes& lanes, const MajorantGrid& grid, const IlluminationCells& cells,
-                          const Phase& phase);
+/// Finds the cells of the illumination grid.
+using LocateStage = void(Lanes& lanes, const IlluminationCells& cells);
+/// New directions and new flights for real collisions; virtual ones fly on.
+using ScatterStage = void(Lanes& lanes, const MajorantGrid& grid, const Phase& phase);
 
 struct LaneStages {
   WalkStage* walk;
   DrawStage* draw;
   DecideStage* decide;
-  ScatterStage* locate;  ///< cells of the illumination grid
+  LocateStage* locate;
   ScatterStage* scatter;
 };
-
-/// The widest that this processor has.
-LaneStages lane_stages();
 
 /// Shoots photons [begin, end) as ShootPass<SingleMedium<NoiseCloud>, SuperVoxel> does, in a box
 /// with open sides.

@@ -81,41 +81,57 @@ struct ShootPass {
 
   TYN_HD void operator()(std::uint64_t index) const {
     const RandomStream random{seed, index, Domain::photon};
-    const RandomBlock first = random.block(0, Purpose::emission);
-    const Photon photon = emit(lights, medium.whole.box, first, random.block(0, Purpose::aim));
-    Path path{photon.ray, exponential(first.d), 0, {}};
-    Vec3f weight = photon.weight;
-    Ledger& ledger = account->ledger;
-    deposit(ledger.shot, 1);
-    deposit_weight(ledger.shot_power, weight);
-    if (!enter(medium.whole.box, path.ray)) {
-      deposit(ledger.missed, 1);
-      deposit_weight(ledger.missed_power, weight);
-      return;
-    }
+    Path path;
+    Vec3f weight;
+    if (!begin(random, path, weight)) return;
     Audit audit;
     for (;;) {
       const Flight flight = sampler.fly(medium, path, random, audit);
-      if (flight.end == Flight::End::escaped) {
-        deposit(ledger.escaped[flight.face], 1);
-        deposit_weight(ledger.escaped_power[flight.face], weight);
-        break;
-      }
-      if (flight.end == Flight::End::stalled) {
-        deposit(ledger.stalled, 1);
-        deposit_weight(ledger.stalled_power, weight);
+      if (flight.end != Flight::End::collided) {
+        leave(flight, weight);
         break;
       }
       const auto& component = medium.component(flight.component);
       if (component.scatters()) illumination.score(path.ray.origin, path.ray.direction, weight);
-      const Scattering next = scatter(weight, component.albedo, random, path.event);
-      settle(ledger, flight.component, weight, component.albedo, next);
-      if (next.absorbed || next.rouletted) break;
-      weight = next.weight;
+      if (!survive(flight.component, component.albedo, random, path.event, weight)) break;
       path.ray.direction = component.phase.sample(
           path.ray.direction, uniform_symmetric(path.drawn.c), uniform_symmetric(path.drawn.d));
     }
     deposit_audit(account->audit, audit);
+  }
+
+  // What becomes of a photon, and is written down, for every driver.
+
+  /// \return false where the photon misses the medium.
+  TYN_HD bool begin(const RandomStream& random, Path& path, Vec3f& weight) const {
+    const RandomBlock first = random.block(0, Purpose::emission);
+    const Photon photon = emit(lights, medium.whole.box, first, random.block(0, Purpose::aim));
+    path = {photon.ray, exponential(first.d), 0, {}};
+    weight = photon.weight;
+    Ledger& ledger = account->ledger;
+    deposit(ledger.shot, 1);
+    deposit_weight(ledger.shot_power, weight);
+    if (enter(medium.whole.box, path.ray)) return true;
+    deposit(ledger.missed, 1);
+    deposit_weight(ledger.missed_power, weight);
+    return false;
+  }
+
+  /// The end of a photon whose flight escaped or stalled.
+  TYN_HD void leave(const Flight& flight, Vec3f weight) const {
+    const bool escaped = flight.end == Flight::End::escaped;
+    Ledger& ledger = account->ledger;
+    deposit(escaped ? ledger.escaped[flight.face] : ledger.stalled, 1);
+    deposit_weight(escaped ? ledger.escaped_power[flight.face] : ledger.stalled_power, weight);
+  }
+
+  /// Absorption and roulette at a collision. \return false where they end the photon.
+  TYN_HD bool survive(int component, Vec3f albedo, const RandomStream& random, std::uint32_t event,
+                      Vec3f& weight) const {
+    const Scattering next = scatter(weight, albedo, random, event);
+    settle(account->ledger, component, weight, albedo, next);
+    weight = next.weight;
+    return !next.absorbed && !next.rouletted;
   }
 
   // The power a collision takes: part to the component, the rest to (or from) the roulette. In

@@ -149,11 +149,9 @@ struct Path {
   RandomBlock drawn;    ///< of the last one: accept, tau of the next flight, two for a direction
 };
 
-/// One look-up in 256 is audited against its bounds: chosen by bits that nothing else uses.
-template <Decision usual>
-TYN_HD Decision decision(const RandomBlock& drawn) {
-  return usual == Decision::squeezed && (drawn.d & 0xffu) == 0u ? Decision::audited : usual;
-}
+/// Which squeezed decisions are audited: one in 256, by bits of the block's last word that nothing
+/// else uses.
+TYN_HD bool is_audited(std::uint32_t last_word) { return (last_word & 0xffu) == 0u; }
 
 struct Flight {
   enum class End { collided, escaped, stalled };
@@ -191,8 +189,9 @@ TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
       ++audit.tentative;
       path.drawn = random.block(++path.event, Purpose::walk);
       path.tau = exponential(path.drawn.b);
-      const int hit = medium.collide(grid, walk.cell(), uniform(path.drawn.a) * sigma_maj,
-                                     walk.position(), count, decision<usual>(path.drawn));
+      const int hit = medium.collide(
+          grid, walk.cell(), uniform(path.drawn.a) * sigma_maj, walk.position(), count,
+          usual == Decision::squeezed && is_audited(path.drawn.d) ? Decision::audited : usual);
       if (hit != virtual_particle) {
         ++audit.real;
         flight = {Flight::End::collided, hit, 0};
