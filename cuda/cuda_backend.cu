@@ -140,8 +140,13 @@ class CudaBackend final : public Backend {
   void measure_matter(IndexRange cells) override {
     std::visit(
         [&]<class Medium>(const Medium& medium) {
-          launch(MatterPass<Medium>{medium, scene_->seed, scene_->cells, scene_->cell_size,
-                                    scene_->strata, scene_->matter_scale, matter_.data()},
+          launch(MatterPass<Medium>{medium,
+                                    scene_->seed,
+                                    {scene_->cells, illumination_.data()},
+                                    scene_->cell_size,
+                                    scene_->strata,
+                                    scene_->matter_scale,
+                                    matter_.data()},
                  cells);
         },
         medium_);

@@ -59,9 +59,13 @@ class CpuBackend final : public Backend {
     std::visit(
         [&]<class Medium>(const Medium& medium) {
           run(cells, 64, [&](Account*) {
-            return MatterPass<Medium>{
-                medium,         scene_->seed,         scene_->cells, scene_->cell_size,
-                scene_->strata, scene_->matter_scale, matter_.data()};
+            return MatterPass<Medium>{medium,
+                                      scene_->seed,
+                                      {scene_->cells, illumination_.data()},
+                                      scene_->cell_size,
+                                      scene_->strata,
+                                      scene_->matter_scale,
+                                      matter_.data()};
           });
         },
         scene_->medium);

@@ -135,7 +135,7 @@ Illumination read_out(const PreparedScene& scene, const std::vector<std::int64_t
   Illumination out;
   const double weight = photon_power / double{weight_units};
   const Vec3f size = scene.cell_size;
-  const double points = static_cast<double>(scene.strata) * scene.strata * scene.strata;
+  const double points = 8.0 * scene.strata * scene.strata * scene.strata;
   const double volume =
       double{size.x} * double{size.y} * double{size.z} / (points * double{scene.matter_scale});
   out.numerator.reserve(sums.size());

@@ -53,14 +53,12 @@ TEST(Component, extinction_is_a_number_of_lengths_times_the_density_in_field_spa
   EXPECT_FALSE(c.scatters());
 }
 
-TEST(Medium, total_sigma_t_adds_the_components_or_those_that_scatter) {
+TEST(Medium, total_sigma_t_adds_the_components) {
   const std::vector<Component<AnyField>> parts = {
       dense(1, half_space()), dense(10, Solid{}, {0, 0, 0}), dense(100, Solid{}, {0, 0.5f, 0})};
   MixedMedium medium{{}, {}, parts.data(), 3};
   EXPECT_EQ(total_sigma_t(medium, {0.25f, 0, 0}), 111.0f);
   EXPECT_EQ(total_sigma_t(medium, {0.75f, 0, 0}), 110.0f);
-  EXPECT_EQ(total_sigma_t(medium, {0.25f, 0, 0}, true), 101.0f);
-  EXPECT_EQ(total_sigma_t(medium, {0.75f, 0, 0}, true), 100.0f);
 }
 
 TEST(SingleMedium, is_real_in_the_proportion_of_extinction_to_majorant) {

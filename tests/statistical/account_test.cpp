@@ -41,20 +41,23 @@ TEST(Roulette, takes_and_gives_the_same_power_in_every_colour) {
 
 // ---- Matter
 
-/// D of some cells by a quadrature of `strata` cubed points [length^2, but for a factor].
-std::vector<double> matter(const PreparedScene& scene, const std::vector<std::uint64_t>& cells,
-                           int strata, std::uint64_t seed) {
+/// D of some cells by a quadrature of `strata` cubed points, or more [length^2, but for a factor].
+std::vector<double> matter(Tallies& tallies, const std::vector<std::uint64_t>& cells, int strata,
+                           std::uint64_t seed) {
+  const PreparedScene& scene = tallies.scene;
   std::vector<std::int64_t> sums(scene.cells.count());
   std::visit(
       [&]<class Medium>(const Medium& medium) {
         const MatterPass<Medium> pass{
-            medium, seed, scene.cells, scene.cell_size, strata, scene.matter_scale, sums.data()};
+            medium,          seed,   {scene.cells, tallies.illumination.data()},
+            scene.cell_size, strata, scene.matter_scale,
+            sums.data()};
         for (const std::uint64_t cell : cells) pass(cell);
       },
       scene.medium);
   std::vector<double> result;
   for (const std::uint64_t cell : cells) {
-    result.push_back(static_cast<double>(sums[cell]) / (strata * strata * strata));
+    result.push_back(static_cast<double>(sums[cell]) / (8.0 * strata * strata * strata));
   }
   return result;
 }
@@ -72,15 +75,15 @@ MatterErrors matter_errors(scene::Field field) {
   scene.lights = {scene::PointLight{{1.5, 1.8, -0.5}, glm::dvec3(100)}};
   scene.illumination_resolution = Scene{}.illumination_resolution;
   scene.photons = Scene{}.photons;
-  const Tallies tallies = shoot(scene);
+  Tallies tallies = shoot(scene);
   std::vector<std::uint64_t> cells;
   for (std::uint64_t i = 0; i < tallies.scene.cells.count(); i += 97) cells.push_back(i);
-  const std::vector<double> exact = matter(tallies.scene, cells, 16, 999);
+  const std::vector<double> exact = matter(tallies, cells, 16, 999);
   const int seeds = 6;
   std::vector<double> variance(cells.size(), 0.0);
   for (int seed = 1; seed <= seeds; ++seed) {
     const std::vector<double> d =
-        matter(tallies.scene, cells, tallies.scene.strata, static_cast<std::uint64_t>(seed));
+        matter(tallies, cells, tallies.scene.strata, static_cast<std::uint64_t>(seed));
     for (std::size_t i = 0; i < cells.size(); ++i) {
       if (exact[i] > 0) variance[i] += std::pow(d[i] / exact[i] - 1, 2) / seeds;
     }
@@ -113,6 +116,27 @@ TEST(Matter, of_a_solid_is_measured_better_than_its_light) {
               errors.too_large);
   EXPECT_LT(errors.all, 0.4);
   EXPECT_LT(errors.too_large, 0.08);
+}
+
+// A sheet in a fiftieth of its cell.
+TEST(Matter, of_a_thin_cell_that_photons_hit_takes_more_points_and_is_unbiased) {
+  Scene scene = furnace({component(scene::Solid{scene::Cuboid{{0, 0.13, 0}, {1, 0.135, 1}}}, 8)});
+  scene.illumination_resolution = {4, 4, 4};
+  scene.photons = 10000;
+  Tallies tallies = shoot(scene);
+  const int seeds = 400;
+  ASSERT_NE(tallies.illumination[0], 0);
+  const double exact = 0.005 / 0.25 * 8 * double{tallies.scene.matter_scale};
+  for (const bool lit : {true, false}) {
+    if (!lit) std::fill(tallies.illumination.begin(), tallies.illumination.end(), 0);
+    Series d;
+    for (int seed = 1; seed <= seeds; ++seed)
+      d.add(matter(tallies, {0}, 4, static_cast<std::uint64_t>(seed))[0] / exact);
+    EXPECT_GT(replicates_p(d, 1), level) << d.mean();
+    // 1.3 of the points hit, or 10.
+    const double spread = d.standard_error() * std::sqrt(seeds);
+    EXPECT_NEAR(spread, lit ? 0.29 : 0.85, 0.1);
+  }
 }
 
 // ---- Bounds

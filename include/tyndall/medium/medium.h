@@ -119,15 +119,11 @@ struct MixedMedium {
   void relocate(Copy&& copy);  // host only: see tyndall/render/prepare.h
 };
 
-/// Extinction of all components, or only of those that scatter [1/length]. Evaluates every field:
-/// not for walks.
+/// Extinction of all components [1/length]. Evaluates every field: not for walks.
 template <class Medium>
-TYN_HD float total_sigma_t(const Medium& medium, Vec3f p, bool scattering_only = false) {
+TYN_HD float total_sigma_t(const Medium& medium, Vec3f p) {
   float sum = 0.0f;
-  for (int i = 0; i < medium.count(); ++i) {
-    if (!scattering_only || medium.component(i).scatters())
-      sum = sum + medium.component(i).sigma_t(p);
-  }
+  for (int i = 0; i < medium.count(); ++i) sum = sum + medium.component(i).sigma_t(p);
   return sum;
 }
 

@@ -88,6 +88,14 @@ struct IlluminationTally {
       deposit(*sum++, to_units(weight.z * y));
     }
   }
+
+  /// \return whether light was scored there.
+  TYN_HD bool is_lit(std::size_t cell) const {
+    const std::int64_t* sum = sums + cell * static_cast<std::size_t>(cells.moments());
+    bool lit = false;
+    for (int channel = 0; channel < cells.channels; ++channel) lit = lit || sum[channel] != 0;
+    return lit;
+  }
 };
 
 /// The grid as the gather reads it.

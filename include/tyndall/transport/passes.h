@@ -154,44 +154,73 @@ struct ShootPass {
 };
 
 /// D of cell `index`: the scattering extinction at jittered points, strata x strata x strata to a
-/// cell.
+/// cell, and 8 times as many in a lit cell with little matter in it: where the points miss what the
+/// photons hit, N / D is a white speck.
 template <class Medium>
 struct MatterPass {
   Medium medium;
   std::uint64_t seed;
-  IlluminationCells cells;
+  IlluminationTally illumination;  ///< of all photons
   Vec3f cell_size;
   int strata;
   float scale;  ///< turns sigma_t into integers: 2^40 over a power of two not below any sigma_t
                 ///< [length]
-  std::int64_t* matter;  ///< [cells] sum over the points, times scale
+  std::int64_t* matter;  ///< [cells] sum over (2 strata)^3 points, times scale
 
+  // A first look says how many points are needed. It is no part of the measure, which would be
+  // biased by it.
   TYN_HD void operator()(std::uint64_t index) const {
+    const bool is_thin = illumination.is_lit(index) && measure(index, 2, 0).hits < 4;
+    matter[index] = is_thin ? measure(index, 2 * strata, 1).sum : 8 * measure(index, strata, 2).sum;
+  }
+
+ private:
+  struct Measure {
+    std::int64_t sum;
+    int hits;  // points in matter
+  };
+
+  /// At n x n x n points; another `event`, other points.
+  TYN_HD Measure measure(std::uint64_t index, int n, std::uint32_t event) const {
+    const IlluminationCells& cells = illumination.cells;
     const int i = static_cast<int>(index % static_cast<std::uint64_t>(cells.nx));
     const int j = static_cast<int>(index / static_cast<std::uint64_t>(cells.nx)
                                    % static_cast<std::uint64_t>(cells.ny));
     const int k = static_cast<int>(
         index / (static_cast<std::uint64_t>(cells.nx) * static_cast<std::uint64_t>(cells.ny)));
-    const float inverse = 1.0f / static_cast<float>(strata);
-    std::int64_t sum = 0;
-    std::uint64_t point = index * static_cast<std::uint64_t>(strata * strata * strata);
-    for (int c = 0; c < strata; ++c) {
-      for (int b = 0; b < strata; ++b) {
-        for (int a = 0; a < strata; ++a, ++point) {
+    const float inverse = 1.0f / static_cast<float>(n);
+    Measure all{0, 0};
+    std::uint64_t point = index * static_cast<std::uint64_t>(n * n * n);
+    for (int c = 0; c < n; ++c) {
+      for (int b = 0; b < n; ++b) {
+        for (int a = 0; a < n; ++a, ++point) {
           const RandomBlock r =
-              RandomStream{seed, point, Domain::matter}.block(0, Purpose::emission);
+              RandomStream{seed, point, Domain::matter}.block(event, Purpose::emission);
           const Vec3f p =
               cell_size
               * Vec3f{static_cast<float>(i) + (static_cast<float>(a) + uniform(r.a)) * inverse,
                       static_cast<float>(j) + (static_cast<float>(b) + uniform(r.b)) * inverse,
                       static_cast<float>(k) + (static_cast<float>(c) + uniform(r.c)) * inverse};
-          if (medium.super_voxels.total[medium.super_voxels.cell_of(p)] > 0.0f) {
-            sum += round_to_integer(total_sigma_t(medium, p, true) * scale);
-          }
+          const std::int64_t here = matter_at(p);
+          all.sum += here;
+          all.hits += here > 0 ? 1 : 0;
         }
       }
     }
-    matter[index] = sum;
+    return all;
+  }
+
+  TYN_HD std::int64_t matter_at(Vec3f p) const {
+    if (medium.super_voxels.total[medium.super_voxels.cell_of(p)] == 0.0f) return 0;
+    const float least = 0.25f / scale;  // less rounds to 0, which few octaves may show
+    float sigma_t = 0.0f;
+    int octaves = 0;
+    for (int c = 0; c < medium.count(); ++c) {
+      const auto& component = medium.component(c);
+      if (component.scatters() && component.exceeds(p, least, octaves))
+        sigma_t = sigma_t + component.sigma_t(p);
+    }
+    return round_to_integer(sigma_t * scale);
   }
 };
 
