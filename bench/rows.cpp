@@ -82,7 +82,7 @@ class BackendRow final : public Row {
     PreparedScene& scene = stage_.usual;
     const IlluminationCells cells = scene.cells;
     if (colored_) scene.cells.channels = 3, scene.cells.order = 1;
-    backend_->load(scene);
+    backend_->load(scene, {});
     Sample sample;
     sample.photons = count;
     const auto start = std::chrono::steady_clock::now();

@@ -77,9 +77,10 @@ __global__ void run_pass(Pass pass, std::uint64_t begin, std::uint64_t end) {
 }
 
 template <class Pass>
-void launch(const Pass& pass, IndexRange range) {
+void launch(const Pass& pass, IndexRange range, const Stop& stop) {
   constexpr std::uint64_t block = 128, most = std::uint64_t{1} << 24;
   for (std::uint64_t begin = range.begin; begin < range.end; begin += most) {
+    stop_if(stop);
     const std::uint64_t end = begin + most < range.end ? begin + most : range.end;
     run_pass<<<static_cast<unsigned>((end - begin + block - 1) / block),
                static_cast<unsigned>(block)>>>(pass, begin, end);
@@ -111,8 +112,9 @@ class CudaBackend final : public Backend {
   std::string name() const override { return name_; }
   int threads() const override { return thread_count(0); }
 
-  void load(const PreparedScene& scene) override {
+  void load(const PreparedScene& scene, const Stop& stop) override {
     scene_ = &scene;
+    stop_ = stop;
     arrays_.clear();
     medium_ = scene.medium;
     std::visit(
@@ -133,7 +135,7 @@ class CudaBackend final : public Backend {
       launch(ShootPass<Medium, Sampler>{medium, sampler, lights_, scene_->seed,
                                         IlluminationTally{scene_->cells, illumination_.data()},
                                         account_.data()},
-             photons);
+             photons, stop_);
     });
   }
 
@@ -147,7 +149,7 @@ class CudaBackend final : public Backend {
                                     scene_->strata,
                                     scene_->matter_scale,
                                     matter_.data()},
-                 cells);
+                 cells, stop_);
         },
         medium_);
   }
@@ -179,7 +181,7 @@ class CudaBackend final : public Backend {
                                          Film{scene_->film_width, scene_->film_height,
                                               scene_->film_unit, pixels_.data(), clamped_.data()},
                                          account_.data()},
-             samples);
+             samples, stop_);
     });
   }
 
@@ -201,6 +203,7 @@ class CudaBackend final : public Backend {
 
   std::string name_;
   const PreparedScene* scene_ = nullptr;
+  Stop stop_;
   AnyMedium medium_;  // its arrays on the device
   Lights lights_;
   IlluminationField field_;

@@ -157,10 +157,8 @@ RenderResult render_with_progress(const Scene& scene, Backend& backend,
   ProgressMeter meter(progress_style(arguments.progress));
   RenderOptions options;
   options.batch = arguments.batch;
-  options.progress = [&](const Progress& progress) {
-    meter.show(progress);
-    return caught_signal() == 0;
-  };
+  options.progress = [&](const Progress& progress) { meter.show(progress); };
+  options.stop = [] { return caught_signal() != 0; };
   return render(scene, backend, options);
 }
 

@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 
 #include "io/output_file.h"
@@ -9,8 +10,9 @@
 namespace tyndall::app {
 namespace {
 
-volatile std::sig_atomic_t caught = 0;
-volatile std::sig_atomic_t leaving = 0;
+// Read by all threads; without locks, as a handler must be.
+std::atomic<int> caught = 0, leaving = 0;
+static_assert(std::atomic<int>::is_always_lock_free);
 
 extern "C" void on_signal(int signal) {
   if (caught != 0 || leaving != 0) {

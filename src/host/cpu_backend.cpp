@@ -26,8 +26,9 @@ class CpuBackend final : public Backend {
   }
   int threads() const override { return threads_; }
 
-  void load(const PreparedScene& scene) override {
+  void load(const PreparedScene& scene, const Stop& stop) override {
     scene_ = &scene;
+    stop_ = stop;
     const std::size_t cells = scene.cells.count();
     illumination_.assign(cells * static_cast<std::size_t>(scene.cells.moments()), 0);
     matter_.assign(cells, 0);
@@ -44,7 +45,7 @@ class CpuBackend final : public Backend {
           scene_->seed,
           IlluminationTally{scene_->cells, illumination_.data()},
           nullptr};
-      if constexpr (requires { shoot_lanes(pass, 0, 0); }) {
+      if constexpr (requires { shoot_lanes(pass, 0, 0, stop_); }) {
         if (is_open(medium.whole.box)) return run_lanes(photons, pass);
       }
       run(photons, 64, [&](Account* account) {
@@ -119,7 +120,10 @@ class CpuBackend final : public Backend {
                  [&](std::uint64_t begin, std::uint64_t end) {
                    Account account;
                    const auto pass = make_pass(&account);
-                   for (std::uint64_t index = begin; index < end; ++index) pass(index);
+                   for (std::uint64_t index = begin; index < end; ++index) {
+                     stop_if(stop_);
+                     pass(index);
+                   }
                    add(account_, account);
                  });
   }
@@ -134,13 +138,14 @@ class CpuBackend final : public Backend {
                    Account account;
                    Pass own = pass;
                    own.account = &account;
-                   shoot_lanes(own, begin, end);
+                   shoot_lanes(own, begin, end, stop_);
                    add(account_, account);
                  });
   }
 
   int threads_;
   const PreparedScene* scene_ = nullptr;
+  Stop stop_;
   std::vector<std::int64_t> illumination_, matter_;
   Account account_;
   IlluminationField field_;

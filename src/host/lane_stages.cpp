@@ -1,7 +1,7 @@
 /// \file
 /// The stages in one instruction set. Nothing here may be left out of line: an inline function of
 /// the core, compiled for a processor that has more, would replace the plain one in the program.
-#include "host/lanes.h"
+#include "host/lane_stages.h"
 
 #if !defined(TYNDALL_ISA)
 #define TYNDALL_ISA plain

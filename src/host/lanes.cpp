@@ -2,6 +2,8 @@
 
 #include <memory>
 
+#include "host/lane_stages.h"
+
 namespace tyndall {
 
 #define TYNDALL_DECLARE_STAGES(isa) \
@@ -38,11 +40,12 @@ class Batch {
     }
   }
 
-  void shoot(std::uint64_t begin, std::uint64_t end) {
+  void shoot(std::uint64_t begin, std::uint64_t end, const Stop& stop) {
     const LaneStages stages = lane_stages();
     const Component<NoiseCloud>& component = pass_.medium.single;
     next_ = begin, end_ = end;
     while (refill() > 0) {
+      stop_if(stop);
       audit_.cells += stages.walk(lanes_, grid_, turns);
       stages.draw(lanes_, grid_, pass_.seed);
       pack();
@@ -185,8 +188,8 @@ class Batch {
 }  // namespace
 
 void shoot_lanes(const ShootPass<SingleMedium<NoiseCloud>, SuperVoxel>& pass, std::uint64_t begin,
-                 std::uint64_t end) {
-  std::make_unique<Batch>(pass)->shoot(begin, end);
+                 std::uint64_t end, const Stop& stop) {
+  std::make_unique<Batch>(pass)->shoot(begin, end, stop);
 }
 
 }  // namespace tyndall

@@ -346,7 +346,7 @@ int illumination_order(const Scene& scene) {
 
 MajorantTables build_majorants(const std::vector<Component<AnyField>>& components, const Box& box,
                                int nx, int ny, int nz, int threads,
-                               const std::function<bool(double)>& go_on) {
+                               const std::function<void(double)>& progress, const Stop& stop) {
   MajorantTables t{nx, ny, nz, {}, {}, {}, {}, {}, {}};
   const std::size_t cells = static_cast<std::size_t>(nx) * ny * nz, count = components.size();
   t.total.assign(cells, 0.0f);
@@ -371,10 +371,13 @@ MajorantTables build_majorants(const std::vector<Component<AnyField>>& component
   };
   const std::size_t slab = std::max<std::size_t>(static_cast<std::size_t>(nx) * ny, 256);
   for (std::size_t begin = 0; begin < cells; begin += slab) {
-    if (go_on && !go_on(static_cast<double>(begin) / static_cast<double>(cells))) throw Stopped{};
+    if (progress) progress(static_cast<double>(begin) / static_cast<double>(cells));
     parallel_for(begin, std::min(begin + slab, cells), 8, threads,
                  [&](std::uint64_t first, std::uint64_t last) {
-                   for (std::uint64_t cell = first; cell < last; ++cell) bound(cell);
+                   for (std::uint64_t cell = first; cell < last; ++cell) {
+                     stop_if(stop);
+                     bound(cell);
+                   }
                  });
   }
   t.whole_total.assign(1, 0.0f);
@@ -390,7 +393,8 @@ MajorantTables build_majorants(const std::vector<Component<AnyField>>& component
   return t;
 }
 
-PreparedScene prepare(const Scene& scene, int threads, const std::function<bool(double)>& go_on) {
+PreparedScene prepare(const Scene& scene, int threads, const std::function<void(double)>& progress,
+                      const Stop& stop) {
   PreparedScene out;
   Box box;
   box.extent = to_vec3f(scene.medium.box_max - scene.medium.box_min);
@@ -409,7 +413,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<bool(
     out.components.push_back(components[static_cast<std::size_t>(i)]);
 
   const auto [nx, ny, nz] = scene.medium.majorant_resolution;
-  out.tables = build_majorants(out.components, box, nx, ny, nz, threads, go_on);
+  out.tables = build_majorants(out.components, box, nx, ny, nz, threads, progress, stop);
   MajorantGrid grid, whole;
   grid.nx = nx, grid.ny = ny, grid.nz = nz;
   grid.components = whole.components = static_cast<int>(components.size());

@@ -23,8 +23,7 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Runs a pass over [0, total) in batches, short enough for a bar that moves and a stop that is
-/// prompt.
+/// Runs a pass over [0, total) in batches, short enough for a bar that moves.
 class Batches {
  public:
   explicit Batches(const RenderOptions& options) : options_(options) {}
@@ -44,7 +43,8 @@ class Batches {
   }
 
   void report(const char* name, std::uint64_t done, std::uint64_t total) const {
-    if (options_.progress && !options_.progress({name, done, total})) throw Stopped{};
+    stop_if(options_.stop);
+    if (options_.progress) options_.progress({name, done, total});
   }
 
  private:
@@ -181,11 +181,11 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
   Hasher tallies;
 
   auto start = Clock::now();
-  const PreparedScene prepared = prepare(scene, backend.threads(), [&](double done) {
-    return !options.progress
-           || options.progress({"bounds", static_cast<std::uint64_t>(done * 1000), 1000});
-  });
-  backend.load(prepared);
+  const auto bounds_done = [&](double share) {
+    batches.report("bounds", static_cast<std::uint64_t>(share * 1000), 1000);
+  };
+  const PreparedScene prepared = prepare(scene, backend.threads(), bounds_done, options.stop);
+  backend.load(prepared, options.stop);
   result.seconds.bounds = seconds_since(start);
 
   start = Clock::now();

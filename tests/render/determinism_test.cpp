@@ -71,10 +71,10 @@ TEST(Determinism, split_ranges_add_up_to_the_whole) {
   const PreparedScene prepared = prepare(scene, 0);
   const auto whole = make_cpu_backend(), parts = make_cpu_backend();
   const std::uint64_t cells = prepared.cells.count(), samples = 16 * 16 * scene.samples;
-  whole->load(prepared);
+  whole->load(prepared, {});
   whole->shoot({0, 3000});
   whole->measure_matter({0, cells});
-  parts->load(prepared);
+  parts->load(prepared, {});
   parts->shoot({1234, 3000});  // the order does not matter either
   parts->shoot({0, 1});
   parts->shoot({1, 1234});

@@ -19,7 +19,7 @@ class Tampering final : public Backend {
 
   std::string name() const override { return cpu_->name(); }
   int threads() const override { return cpu_->threads(); }
-  void load(const PreparedScene& scene) override { cpu_->load(scene); }
+  void load(const PreparedScene& scene, const Stop& stop) override { cpu_->load(scene, stop); }
   void shoot(IndexRange photons) override { cpu_->shoot(photons); }
   void measure_matter(IndexRange cells) override { cpu_->measure_matter(cells); }
   std::vector<std::int64_t> take_illumination() override { return cpu_->take_illumination(); }

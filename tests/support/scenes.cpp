@@ -18,7 +18,7 @@ Tallies run(const Scene& scene, bool measure) {
   Tallies out;
   const auto backend = make_cpu_backend();
   out.scene = prepare(scene, backend->threads());
-  backend->load(out.scene);
+  backend->load(out.scene, {});
   backend->shoot({0, scene.photons});
   if (measure) backend->measure_matter({0, out.scene.cells.count()});
   out.account = backend->take_account();

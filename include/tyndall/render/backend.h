@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tyndall/render/parallel.h"
 #include "tyndall/transport/film.h"
 
 namespace tyndall {
@@ -31,8 +32,9 @@ class Backend {
   /// Of the host, for what is prepared there.
   virtual int threads() const = 0;
 
-  /// Takes a scene, which must outlive the work, and clears all tallies.
-  virtual void load(const PreparedScene& scene) = 0;
+  /// Takes a scene, which must outlive the work, and clears all tallies. What follows throws
+  /// Stopped where `stop` says so.
+  virtual void load(const PreparedScene& scene, const Stop& stop) = 0;
   virtual void shoot(IndexRange photons) = 0;
   virtual void measure_matter(IndexRange cells) = 0;
   virtual std::vector<std::int64_t> take_illumination() = 0;  ///< see IlluminationTally::sums

@@ -23,6 +23,18 @@ class DefaultFloatingPoint {
   std::fenv_t saved_;
 };
 
+/// Whether the work shall be given up. Asked by every thread, between any two photons, cells or
+/// pixel samples; empty: never.
+using Stop = std::function<bool()>;
+
+/// What is thrown then. Nothing of the work remains.
+struct Stopped {};
+
+/// \throws Stopped
+inline void stop_if(const Stop& stop) {
+  if (stop && stop()) throw Stopped{};
+}
+
 /// \return `threads`, or one per hardware thread where it is 0.
 int thread_count(int threads);
 

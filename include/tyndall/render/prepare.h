@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "tyndall/render/parallel.h"
 #include "tyndall/render/scene.h"
 #include "tyndall/transport/passes.h"
 
@@ -49,15 +50,16 @@ struct PreparedScene {
   std::vector<Component<AnyField>> components;
 };
 
-/// \param threads for the bounds. \param go_on asked now and then with the share done; false
-/// abandons the work by throwing Stopped.
+/// \param threads for the bounds. \param progress told the share done, by the calling thread.
+/// \throws Stopped
 PreparedScene prepare(const Scene& scene, int threads,
-                      const std::function<bool(double)>& go_on = {});
+                      const std::function<void(double)>& progress = {}, const Stop& stop = {});
 
 /// The bounds alone. `components` in the order of the tables.
 MajorantTables build_majorants(const std::vector<Component<AnyField>>& components, const Box& box,
                                int nx, int ny, int nz, int threads,
-                               const std::function<bool(double)>& go_on = {});
+                               const std::function<void(double)>& progress = {},
+                               const Stop& stop = {});
 
 template <class Copy>
 void MixedMedium::relocate(Copy&& copy) {

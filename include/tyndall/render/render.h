@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tyndall/render/backend.h"
+#include "tyndall/render/parallel.h"
 #include "tyndall/render/picture.h"
 #include "tyndall/render/scene.h"
 #include "tyndall/transport/ledger.h"
@@ -22,15 +23,11 @@ struct Progress {
 };
 
 struct RenderOptions {
-  /// Called between batches from the calling thread; false stops the render, which then throws
-  /// `Stopped`.
-  std::function<bool(const Progress&)> progress;
+  std::function<void(const Progress&)> progress;  ///< called now and then, by the calling thread
+  Stop stop;                                      ///< true ends the render, which throws Stopped
   std::uint64_t batch =
       0;  ///< photons or samples per batch, 0: the backend's choice; never changes the result
 };
-
-/// The render was stopped by its `progress` callback. Nothing of it remains.
-struct Stopped {};
 
 /// The integers that identify a result: equal on every machine, thread count, batch size and
 /// device.
