@@ -139,9 +139,7 @@ class Checker {
   }
 
   void component(const std::string& path, const Component& c) {
-    if (number(path + ".extinction", c.extinction, limits::extinction) && c.extinction == 0) {
-      warning(path + ".extinction", "with extinction 0 this component does nothing");
-    }
+    if (number(path + ".extinction", c.extinction, limits::extinction)) extinction(path, c);
     vector(path + ".albedo", c.albedo, limits::albedo);
     if (const auto* hg = std::get_if<HenyeyGreensteinPhase>(&c.phase))
       number(path + ".phase.g", hg->g, limits::g);
@@ -150,8 +148,25 @@ class Checker {
     const std::string field = path + ".field";
     std::visit(Overloaded{[&](const Solid& solid) { body(field, solid.body); },
                           [&](const NoiseCloud& cloud) { noise(field, cloud); },
-                          [&](const DenseGrid& grid) { dense_grid(path, grid, c.extinction); }},
+                          [&](const DenseGrid& grid) { dense_grid(path, grid); }},
                c.field);
+  }
+
+  /// Where the mean free path nears what positions resolve, flights would stand still.
+  void extinction(const std::string& path, const Component& c) {
+    if (c.extinction == 0)
+      warning(path + ".extinction", "with extinction 0 this component does nothing");
+    double densest = 1;
+    if (const auto* grid = std::get_if<DenseGrid>(&c.field); grid && !grid->values.empty())
+      densest = *std::max_element(grid->values.begin(), grid->values.end());
+    const double across = glm::length(scene_.medium.box_max - scene_.medium.box_min);
+    constexpr double most = 4e6;
+    if (c.extinction * densest * across > most) {
+      error(path + ".extinction",
+            fmt::format("too dense for single precision: {:.3g} mean free paths across the medium, "
+                        "expected at most {:g}; an extinction of {:.3g} is opaque, too",
+                        c.extinction * densest * across, most, most / (densest * across)));
+    }
   }
 
   void transform(const std::string& path, const glm::dmat4& m) {
@@ -239,17 +254,10 @@ class Checker {
     body(path + ".body", cloud.body);
   }
 
-  void dense_grid(const std::string& path, const DenseGrid& grid, double extinction) {
+  void dense_grid(const std::string& path, const DenseGrid& grid) {
     if (!numbers(path + ".field.size", grid.size, 3, limits::voxels)) return;
-    if (const std::string problem = grid_problem(grid); !problem.empty()) {
-      return error(path + ".field.values", problem);
-    }
-    const double highest = *std::max_element(grid.values.begin(), grid.values.end());
-    if (extinction * highest > limits::extinction.high) {
-      error(path + ".extinction",
-            fmt::format("expected at most {} times the largest value of the grid, got {} x {}",
-                        limits::extinction.high, extinction, highest));
-    }
+    if (const std::string problem = grid_problem(grid); !problem.empty())
+      error(path + ".field.values", problem);
   }
 
   void light(const std::string& path, const Light& light) {
