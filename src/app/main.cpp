@@ -147,9 +147,9 @@ int run(int argc, char** argv) {
     throw Error(ExitCode::usage, "a command is missing (see `tyndall help`)");
   if (*render) render_command(arguments);
   if (*validate) {
-    std::vector<std::string> warnings;
-    io::read_scene(arguments.scene, arguments.overrides, warnings);
-    for (const std::string& warning : warnings) say(fmt::format("tyndall: warning: {}\n", warning));
+    const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
+    for (const std::string& warning : file.warnings)
+      say(fmt::format("tyndall: warning: {}\n", warning));
     print(fmt::format("{}: valid\n", arguments.scene));
   }
   if (*schema) print(io::schema());

@@ -84,17 +84,28 @@ std::string default_output(const std::string& scene) {
   return fs::path(scene).stem().string() + formats[0].extension;
 }
 
-/// No output may replace the scene or another output.
-void refuse_clashes(const std::string& scene, const std::vector<std::string>& outputs) {
+/// No output may replace another.
+void refuse_repeats(const std::vector<std::string>& outputs) {
   std::vector<fs::path> places;
   for (const std::string& path : outputs) {
     std::error_code error;
-    if (fs::equivalent(scene, path, error))
-      usage_error(fmt::format("{}: is the scene itself", path));
     fs::path place = fs::weakly_canonical(fs::absolute(path), error);
     if (!error && std::find(places.begin(), places.end(), place) != places.end())
       usage_error(fmt::format("{}: is asked for twice", path));
     places.push_back(std::move(place));
+  }
+}
+
+/// No output may replace what the picture is made of.
+void refuse_inputs(const std::vector<std::string>& inputs,
+                   const std::vector<std::string>& outputs) {
+  for (const std::string& path : outputs) {
+    for (const std::string& input : inputs) {
+      std::error_code error;
+      if (!fs::equivalent(input, path, error)) continue;
+      const bool scene = input == inputs.front();
+      usage_error(fmt::format("{}: is {}", path, scene ? "the scene itself" : "read by the scene"));
+    }
   }
 }
 
@@ -203,10 +214,10 @@ void render_command(const RenderArguments& arguments) {
     paths.push_back(arguments.report);
     encoders.push_back([]() -> Encoder { return io::report_json; });
   }
-  refuse_clashes(arguments.scene, paths);
+  refuse_repeats(paths);
 
-  std::vector<std::string> warnings;
-  const Scene scene = io::read_scene(arguments.scene, arguments.overrides, warnings);
+  const auto [scene, warnings, inputs] = io::read_scene(arguments.scene, arguments.overrides);
+  refuse_inputs(inputs, paths);
   warn(warnings);
   check_memory(scene);
   const std::unique_ptr<Backend> backend = make_backend(device, arguments.threads);

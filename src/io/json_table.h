@@ -88,6 +88,7 @@ class Reader {
 
   std::vector<Finding> errors;
   std::vector<std::string> unread;
+  std::vector<std::string> inputs;  ///< files that were read beside the scene
 
  private:
   std::filesystem::path folder_;

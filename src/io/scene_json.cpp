@@ -147,6 +147,7 @@ void load_values(Reader& reader, const Node& node, DenseGrid& grid) {
                  static_cast<std::streamsize>(bytes))) {
     return damaged(path.string() + ": cannot be read");
   }
+  reader.inputs.push_back(path.string());
   if (const std::string problem = grid_problem(grid); !problem.empty())
     damaged(path.string() + ": " + problem);
 }
@@ -467,8 +468,7 @@ void refuse_other_versions(const Node& root) {
 
 }  // namespace
 
-Scene read_scene(const std::string& path, const std::vector<std::string>& overrides,
-                 std::vector<std::string>& warnings) {
+SceneFile read_scene(const std::string& path, const std::vector<std::string>& overrides) {
   std::vector<Source> sources{{path, load(path)}};
   sources.reserve(1 + overrides.size());  // nodes point to them
   Node root = parse(sources[0]);
@@ -503,8 +503,10 @@ Scene read_scene(const std::string& path, const std::vector<std::string>& overri
     if (std::none_of(unread.begin(), unread.end(), covers)) errors.push_back(finding(problem));
   }
   if (!errors.empty()) throw_all(std::move(errors));
+  std::vector<std::string> warnings, inputs{path};
   for (const Problem& warning : problems.warnings) warnings.push_back(finding(warning).text());
-  return scene;
+  inputs.insert(inputs.end(), reader.inputs.begin(), reader.inputs.end());
+  return {std::move(scene), std::move(warnings), std::move(inputs)};
 }
 
 std::string schema() {

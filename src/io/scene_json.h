@@ -10,14 +10,19 @@
 
 namespace tyndall::io {
 
+struct SceneFile {
+  Scene scene;
+  std::vector<std::string> warnings;  ///< one line each
+  std::vector<std::string> inputs;    ///< files that were read: the scene itself, then its grids
+};
+
 /// Reads and checks a scene. `overrides` replace values of the file, each "path=value" as in
-/// "lights[0].power=[10, 20, 30]"; a value that is no JSON is a string. Appends to `warnings`.
+/// "lights[0].power=[10, 20, 30]"; a value that is no JSON is a string.
 /// \throws Error with every error of the scene, one per line, each after its place,
 /// "scene.json:41:17: " or
 /// "-D camera.fov=x: ": scene_invalid, or input_missing if all that is wrong are files that cannot
 /// be read; usage for an override without a path.
-Scene read_scene(const std::string& path, const std::vector<std::string>& overrides,
-                 std::vector<std::string>& warnings);
+SceneFile read_scene(const std::string& path, const std::vector<std::string>& overrides);
 
 /// \return JSON Schema (draft 2020-12) of the scene file.
 std::string schema();

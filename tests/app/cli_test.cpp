@@ -187,6 +187,22 @@ TEST_F(CliTest, RefusesWrongCommandLines) {
   expect_error({"render", "scene.json", "--report", "scene.json"}, 2, "scene itself");
 }
 
+TEST_F(CliTest, ReplacesNoGridThatTheSceneReads) {
+  const float densities[8] = {1, 1, 1, 1, 1, 1, 1, 1};
+  fs::create_directory(folder_ / "grids");
+  std::ofstream(folder_ / "grids/a.pfm", std::ios::binary)
+      .write(reinterpret_cast<const char*>(densities), sizeof densities);
+  fs::create_symlink("grids/a.pfm", folder_ / "link.pfm");
+  const std::string grid =
+      R"(medium.components[0].field={"type": "grid", "size": [2, 2, 2], "file": "grids/a.pfm"})";
+  for (const char* output : {"grids/a.pfm", "./grids/../grids/a.pfm", "link.pfm"}) {
+    expect_error({"render", "scene.json", "-D", grid, "-o", output}, 2, "read by the scene");
+    expect_error({"render", "scene.json", "-D", grid, "--report", output}, 2, "read by the scene");
+  }
+  EXPECT_EQ(fs::file_size(folder_ / "grids/a.pfm"), sizeof densities);
+  EXPECT_EQ(run({"render", "scene.json", "-D", grid, "-o", "b.pfm"}).code, 0);
+}
+
 TEST_F(CliTest, FindsBadInputAndOutputBeforeItRenders) {
   const std::string hours = "100000000000";  // photons: these would not come back in time
   expect_error({"render", "none.json", "--photons", hours}, 4, "none.json");

@@ -95,6 +95,9 @@ class ErrorsTable : public testing::Test {
     SCOPED_TRACE(row.name + ": " + row.command);
     const std::string text = row.file.empty() ? document_.scene : row.file;
     std::ofstream(scratch_ / "work" / "scene.json") << (text == "(empty)" ? "" : text);
+    const std::vector<float> densities(8, 1.0f);
+    std::ofstream(scratch_ / "work" / "density.raw", std::ios::binary)
+        .write(reinterpret_cast<const char*>(densities.data()), 8 * sizeof(float));
 
     std::istringstream words(row.command);
     std::vector<std::string> arguments{std::istream_iterator<std::string>(words), {}};

@@ -50,8 +50,10 @@ class SceneJson : public testing::Test {
 
   Scene read(const std::string& text, const Overrides& overrides = {}) {
     std::ofstream(path(), std::ios::binary) << text;
-    warnings_.clear();
-    return read_scene(path(), overrides, warnings_);
+    SceneFile file = read_scene(path(), overrides);
+    warnings_ = std::move(file.warnings);
+    inputs_ = std::move(file.inputs);
+    return std::move(file.scene);
   }
 
   /// \return exit code and messages, with the scene's folder left out.
@@ -71,7 +73,7 @@ class SceneJson : public testing::Test {
     return read(cloud, {"medium.components[0]." + override}).medium.components.at(0);
   }
 
-  std::vector<std::string> warnings_;
+  std::vector<std::string> warnings_, inputs_;
   fs::path folder_;
 };
 
@@ -165,6 +167,7 @@ TEST_F(SceneJson, GridsComeInlineOrFromAFile) {
       std::get<DenseGrid>(component(size + R"("values": [0, 0.5, 1, 2]})").field);
   EXPECT_EQ(inline_grid.values, values);
   EXPECT_EQ(inline_grid.size, (std::array{2, 1, 2}));
+  EXPECT_EQ(inputs_, std::vector{path()});
 
   const auto write = [&](const std::vector<float>& v) {
     std::string bytes(v.size() * sizeof(float), '\0');
@@ -176,6 +179,7 @@ TEST_F(SceneJson, GridsComeInlineOrFromAFile) {
   const auto file_grid = std::get<DenseGrid>(component(from_file).field);
   EXPECT_EQ(file_grid.values, values);
   EXPECT_EQ(file_grid.interpolation, Interpolation::nearest);
+  EXPECT_EQ(inputs_, (std::vector{path(), path("x.raw")}));
 
   const auto fails = [&](const std::string& field) {
     const std::string message = failure(cloud, {"medium.components[0]." + field});
@@ -296,10 +300,9 @@ TEST_F(SceneJson, WarnsWithThePlace) {
 }
 
 TEST_F(SceneJson, FilesThatCannotBeReadAreMissingInputs) {
-  std::vector<std::string> warnings;
   for (const std::string& name : {path("no.json"), folder_.string()}) {
     try {
-      read_scene(name, {}, warnings);
+      read_scene(name, {});
       FAIL() << name;
     } catch (const Error& error) {
       EXPECT_EQ(error.code(), ExitCode::input_missing);
@@ -342,8 +345,7 @@ TEST_F(SceneJson, TheShippedScenesAreValidAndSayWhatTheyShow) {
   int scenes = 0;
   for (const fs::directory_entry& entry : fs::directory_iterator(source_folder() / "scenes")) {
     if (entry.path().extension() != ".json") continue;
-    EXPECT_NO_THROW(read_scene(entry.path(), {}, warnings_)) << entry.path();
-    EXPECT_TRUE(warnings_.empty()) << entry.path();
+    EXPECT_TRUE(read_scene(entry.path(), {}).warnings.empty()) << entry.path();
     EXPECT_TRUE(contents(entry.path()).starts_with("//")) << entry.path();
     ++scenes;
   }
