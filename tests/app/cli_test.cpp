@@ -232,10 +232,17 @@ TEST_F(CliTest, RendersAndKeepsItsStreamsApart) {
   EXPECT_EQ(outcome.out.substr(0, 8) + hash(8) + outcome.out.substr(24, 8) + hash(32) + "\n",
             "tallies HASH pixels HASH\n");
   EXPECT_NE(outcome.err.find("the account closes"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("0 violations; one look-up in 256 is audited"), std::string::npos);
   EXPECT_EQ(outcome.err.find('\r'), std::string::npos) << "a bar without a terminal";
   EXPECT_EQ(names(), (std::set<std::string>{"report.json", picture_, "scene.json"}));
   const std::string report = contents(folder_ / "report.json");
   EXPECT_NE(report.find(outcome.out.substr(8, 16)), std::string::npos) << report;
+}
+
+TEST_F(CliTest, AuditsNoBoundsWhereTheSamplerUsesNone) {
+  const Outcome outcome = run({"render", "scene.json", "-D", "sampler=ray_marching"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_NE(outcome.err.find("bounds   not used"), std::string::npos) << outcome.err;
 }
 
 TEST_F(CliTest, WritesTheSameBytesForTheSameSeed) {
