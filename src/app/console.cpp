@@ -30,4 +30,6 @@ void say(std::string_view text) noexcept {
   static_cast<void>(std::fwrite(text.data(), 1, text.size(), stderr));
 }
 
+void warn(std::string_view text) { say(fmt::format("tyndall: warning: {}\n", text)); }
+
 }  // namespace tyndall::app

@@ -16,4 +16,7 @@ void print(std::string_view text);
 /// For people, on standard error. Never fails: a lost message is no reason to lose a picture.
 void say(std::string_view text) noexcept;
 
+/// Says one line that begins with "tyndall: warning: ".
+void warn(std::string_view text);
+
 }  // namespace tyndall::app

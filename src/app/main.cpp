@@ -14,6 +14,7 @@
 #include <CLI/CLI.hpp>
 
 #include "app/console.h"
+#include "app/memory.h"
 #include "app/render_command.h"
 #include "app/signals.h"
 #include "io/scene_json.h"
@@ -148,8 +149,9 @@ int run(int argc, char** argv) {
   if (*render) render_command(arguments);
   if (*validate) {
     const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
-    for (const std::string& warning : file.warnings)
-      say(fmt::format("tyndall: warning: {}\n", warning));
+    for (const std::string& warning : file.warnings) warn(warning);
+    // The scene is none the worse for it: another machine may render it.
+    if (const std::string shortage = memory_shortage(file.scene); !shortage.empty()) warn(shortage);
     print(fmt::format("{}: valid\n", arguments.scene));
   }
   if (*schema) print(io::schema());

@@ -4,9 +4,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <fstream>
 #include <limits>
 #include <string>
+
+#include <fmt/format.h>
+
+#include "tyndall/render/check.h"
 
 namespace tyndall::app {
 namespace {
@@ -48,6 +53,15 @@ std::uint64_t address_space() {
 
 }  // namespace
 
-std::uint64_t available_memory() { return std::min({machine(), control_group(), address_space()}); }
+std::string memory_shortage(const Scene& scene) {
+  const std::uint64_t needed = memory_needed(scene);
+  const std::uint64_t available = std::min({machine(), control_group(), address_space()});
+  if (needed <= available) return "";
+  constexpr double gibibyte = 1024.0 * 1024.0 * 1024.0;
+  return fmt::format(
+      "the render needs {:.3g} GiB of memory, {:.3g} GiB are available; lower camera.resolution or "
+      "the resolutions of the grids",
+      static_cast<double>(needed) / gibibyte, static_cast<double>(available) / gibibyte);
+}
 
 }  // namespace tyndall::app

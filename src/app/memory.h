@@ -1,12 +1,15 @@
 /// \file
 #pragma once
 
-#include <cstdint>
+#include <string>
+
+#include "tyndall/render/scene.h"
 
 namespace tyndall::app {
 
-/// \return memory that this process can still get, as the machine, the control group and the limits
-/// of the shell (ulimit -v) say [byte]; the largest number where nobody says anything.
-std::uint64_t available_memory();
+/// \return what to say of a scene that needs more memory than this process can still get, as the
+/// machine, the control group and the limits of the shell (ulimit -v) have it; empty if there is
+/// enough.
+std::string memory_shortage(const Scene& scene);
 
 }  // namespace tyndall::app

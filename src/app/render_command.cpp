@@ -23,7 +23,6 @@
 #include "io/report.h"
 #include "io/scene_json.h"
 #include "tyndall/render/backend.h"
-#include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
 #if TYNDALL_OPENEXR
@@ -148,21 +147,6 @@ ProgressStyle progress_style(const std::string& name) {
   return name == "auto" && ::isatty(STDERR_FILENO) == 1 ? ProgressStyle::bar : ProgressStyle::none;
 }
 
-void warn(const std::vector<std::string>& warnings) {
-  for (const std::string& warning : warnings) say(fmt::format("tyndall: warning: {}\n", warning));
-}
-
-void check_memory(const Scene& scene) {
-  const std::uint64_t needed = memory_needed(scene), available = available_memory();
-  if (needed <= available) return;
-  constexpr double gibibyte = 1024.0 * 1024.0 * 1024.0;
-  throw Error(ExitCode::out_of_memory,
-              fmt::format("the render needs {:.3g} GiB of memory, {:.3g} GiB are available; lower "
-                          "camera.resolution or the resolutions of the grids",
-                          static_cast<double>(needed) / gibibyte,
-                          static_cast<double>(available) / gibibyte));
-}
-
 RenderResult render_with_progress(const Scene& scene, Backend& backend,
                                   const RenderArguments& arguments) {
   ProgressMeter meter(progress_style(arguments.progress));
@@ -218,8 +202,9 @@ void render_command(const RenderArguments& arguments) {
 
   const auto [scene, warnings, inputs] = io::read_scene(arguments.scene, arguments.overrides);
   refuse_inputs(inputs, paths);
-  warn(warnings);
-  check_memory(scene);
+  for (const std::string& warning : warnings) warn(warning);
+  if (const std::string shortage = memory_shortage(scene); !shortage.empty())
+    throw Error(ExitCode::out_of_memory, shortage);
   const std::unique_ptr<Backend> backend = make_backend(device, arguments.threads);
 
   catch_signals();  // from here on there are temporaries
@@ -236,7 +221,7 @@ void render_command(const RenderArguments& arguments) {
   for (const std::string& warning : result.warnings)
     if (std::none_of(warnings.begin(), warnings.end(),
                      [&](const auto& said) { return said.ends_with(warning); }))
-      warn({warning});
+      warn(warning);
   const io::Run run{scene, result, arguments.scene, device.text()};
   say(io::report_lines(run));
   write_outputs(outputs, run);
