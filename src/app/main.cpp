@@ -1,9 +1,8 @@
 // The command line: arguments in, exit code out (tyndall/render/error.h).
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
+#include <limits>
 #include <new>
 #include <stdexcept>
 #include <string>
@@ -18,6 +17,7 @@
 #include "app/render_command.h"
 #include "app/signals.h"
 #include "io/scene_json.h"
+#include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
 
@@ -48,34 +48,46 @@ std::string version() {
   return text + "\n";
 }
 
-/// Rewrites a number of things, "2000000" or "2e6", as plain digits. \return what is wrong with it,
-/// or nothing.
-std::string plain_count(std::string& text) {
-  const char* end = text.data() + text.size();
-  std::uint64_t count = 0;
-  if (const auto [stop, error] = std::from_chars(text.data(), end, count);
-      error == std::errc() && stop == end)
+constexpr std::uint64_t most_count = std::numeric_limits<std::uint64_t>::max();
+
+/// Takes a number of things up to `most`, "2000000" or "2e6", and rewrites it as plain digits.
+CLI::Validator count(std::uint64_t most, const std::string& expected) {
+  const auto rewrite = [=](std::string& text) -> std::string {
+    const char* end = text.data() + text.size();
+    std::uint64_t digits = 0;
+    if (const auto [stop, error] = std::from_chars(text.data(), end, digits);
+        error == std::errc() && stop == end && digits <= most)
+      return "";
+    double value = -1.0;
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    const bool whole = error == std::errc() && stop == end && value >= 0.0 && value < 0x1p64
+                       && value == std::floor(value);
+    if (!whole || static_cast<std::uint64_t>(value) > most)
+      return fmt::format("expected {}, got '{}'", expected, text);
+    text = fmt::format("{}", static_cast<std::uint64_t>(value));
     return "";
-  double value = -1.0;
-  const auto [stop, error] = std::from_chars(text.data(), end, value);
-  constexpr double exact = 9007199254740992.0;  // 2^53
-  if (error != std::errc() || stop != end || !(value >= 0.0 && value <= exact)
-      || value != std::floor(value))
-    return fmt::format("expected a whole number such as 2000000 or 2e6, got '{}'", text);
-  text = fmt::format("{}", static_cast<std::uint64_t>(value));
-  return "";
+  };
+  return {rewrite, ""};
 }
+
+CLI::Validator count(std::uint64_t most = most_count) {
+  return count(most, fmt::format("an integer in [0, {}]", most));
+}
+
+/// A number whose range the scene's check knows best: here it is only read.
+CLI::Validator count(const Range& range) { return count(most_count, describe(range)); }
 
 /// An option that sets the scene's `key`. CLI11 handles options in the order of their definition,
 /// so these come after -D and win over it.
 void add_override(CLI::App& command, const std::string& flags, const std::string& key,
-                  std::vector<std::string>& overrides, const std::string& help) {
+                  const CLI::Validator& validator, std::vector<std::string>& overrides,
+                  const std::string& help) {
   command
       .add_option_function<std::string>(
           flags,
           [&overrides, key](const std::string& count) { overrides.push_back(key + "=" + count); },
           help)
-      ->transform(CLI::Validator(plain_count, ""))
+      ->transform(validator)
       ->type_name("N");
 }
 
@@ -102,16 +114,19 @@ int run(int argc, char** argv) {
                    "in the current folder if not given")
       ->type_name("FILE")
       ->allow_extra_args(false);
-  add_override(*render, "--photons", "photons.count", arguments.overrides, "Photons to shoot");
-  add_override(*render, "--samples", "gather.samples", arguments.overrides, "Samples per pixel");
-  add_override(*render, "-s,--seed", "seed", arguments.overrides, "Seed of the random numbers");
+  add_override(*render, "--photons", "photons.count", count(limits::photons), arguments.overrides,
+               "Photons to shoot");
+  add_override(*render, "--samples", "gather.samples", count(limits::samples), arguments.overrides,
+               "Samples per pixel");
+  add_override(*render, "-s,--seed", "seed", count(), arguments.overrides,
+               "Seed of the random numbers");
   render->add_option("-t,--threads", arguments.threads, "Threads (0: all of the machine's)")
       ->type_name("N")
-      ->check(CLI::Range(0, 4096).description(""));
+      ->transform(count(4096));
   render->add_option("--device", arguments.device, "cpu, cuda or cuda:N")->type_name("NAME");
   render->add_option("--batch", arguments.batch, "Photons or samples at a time; changes no result")
       ->type_name("N")
-      ->transform(CLI::Validator(plain_count, ""));
+      ->transform(count());
   render->add_option("--report", arguments.report, "Writes the account of the run as JSON")
       ->type_name("FILE");
   render

@@ -142,9 +142,14 @@ void OutputFile::open_temporary(const std::string& folder, unsigned mode, bool k
     name = fmt::format("{}/.tyndall-{}-{}.tmp", folder, ::getpid(), count++);
     descriptor_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
   } while (descriptor_ < 0 && (errno == EEXIST || errno == EINTR));
-  if (descriptor_ < 0 && errno == ENOENT)
+  if (descriptor_ < 0) {
+    const int error = errno;
+    const std::string step = fmt::format("creating a file in '{}'", folder);
+    std::error_code ignored;
+    if (error != ENOENT) fail(path_, step.c_str(), error);
+    if (fs::is_directory(folder, ignored)) fail(path_, step + ": it takes none");  // such as /proc
     fail(path_, fmt::format("the folder '{}' does not exist", folder));
-  if (descriptor_ < 0) fail(path_, fmt::format("creating a file in '{}'", folder).c_str(), errno);
+  }
   temporary_ = std::move(name);
   slot_ = remember(temporary_);
   // What the umask took away from the mode of an old file. Some file systems have no modes: no

@@ -175,10 +175,20 @@ TEST_F(CliTest, RefusesWrongCommandLines) {
   expect_error({"rendre", "scene.json"}, 2, "rendre");
   expect_error({"render"}, 2, "SCENE");
   expect_error({"render", "scene.json", "--colour"}, 2, "--colour");
-  expect_error({"render", "scene.json", "--photons", "many"}, 2, "2e6");
-  expect_error({"render", "scene.json", "--photons", "1.5"}, 2, "2e6");
-  expect_error({"render", "scene.json", "-s", "-1"}, 2, "whole number");
-  expect_error({"render", "scene.json", "-t", "-1"}, 2, "threads");
+  expect_error({"render", "scene.json", "--photons", "many"}, 2,
+               "an integer in [1, 1e+11], got 'many'");
+  expect_error({"render", "scene.json", "--photons", "1.5"}, 2,
+               "an integer in [1, 1e+11], got '1.5'");
+  expect_error({"render", "scene.json", "--samples", "1e400"}, 2, "in [1, 1e+06], got '1e400'");
+  for (const std::string wrong : {"-1", "18446744073709551616", "2e19", "0.5", "nan", "7 ", "x"}) {
+    const std::string range = "expected an integer in [0, 18446744073709551615], got '";
+    expect_error({"render", "scene.json", "-s", wrong}, 2, range + wrong + "'");
+    expect_error({"render", "scene.json", "--batch", wrong}, 2, range + wrong + "'");
+  }
+  for (const std::string wrong : {"-1", "4097", "4294967297", "18446744073709551617", "many"}) {
+    const std::string expected = "--threads: expected an integer in [0, 4096], got '";
+    expect_error({"render", "scene.json", "-t", wrong}, 2, expected + wrong + "'");
+  }
   expect_error({"render", "scene.json", "--progress", "dots"}, 2, "plain");
   expect_error({"render", "scene.json", "--device", "gpu"}, 2, "cuda:N");
   expect_error({"render", "scene.json", "-o", "picture.tiff"}, 2, ".pfm");
@@ -257,6 +267,19 @@ TEST_F(CliTest, WritesTheSameBytesForTheSameSeed) {
   EXPECT_TRUE(contents(folder_ / "1.exr") == contents(folder_ / "2.exr"));
   ASSERT_EQ(run({"render", "scene.json", "-o", "3.pfm", "--photons", "2000", "-s", "9"}).code, 0);
   EXPECT_TRUE(contents(folder_ / "1.pfm") != contents(folder_ / "3.pfm"));
+}
+
+TEST_F(CliTest, TakesCountsUpToTheirLimits) {
+  const auto tallies = [&](const std::vector<std::string>& options) {
+    std::vector<std::string> arguments{"render", "scene.json", "-o", "a.pfm", "--print-hash"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    return outcome.out;
+  };
+  EXPECT_EQ(tallies({"-s", "1e17"}), tallies({"-D", "seed=100000000000000000"}));
+  EXPECT_EQ(tallies({"-s", "18446744073709551615", "-t", "4e0", "--batch", "18446744073709551615"}),
+            tallies({"-D", "seed=18446744073709551615"}));
 }
 
 TEST_F(CliTest, WritesPreviews) {

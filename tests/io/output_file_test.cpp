@@ -122,6 +122,7 @@ TEST_F(OutputFileTest, FindsOutAtOnceWhatCannotBeWritten) {
   expect_refused(folder_, "it is a folder");
   expect_refused((folder_ / "new").string() + "/", "names a folder");
   expect_refused(folder_ / std::string(300, 'x'), "too long");
+  expect_refused("/proc/a", "creating a file in '/proc'");
   put("a", "");
   expect_refused(folder_ / "a" / "b", "Not a directory");
   fs::create_symlink("loop", folder_ / "loop");
