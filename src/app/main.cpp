@@ -27,7 +27,7 @@ namespace {
 constexpr const char* examples = R"(Examples:
   tyndall render cloud.json                          renders cloud.exr into the current folder
   tyndall render cloud.json -o cloud.exr -o cloud.png
-  tyndall render cloud.json --photons 1e6 --samples 4 -D camera.resolution=[256,256]
+  tyndall render cloud.json --photons 1e6 --samples 4 -D 'camera.resolution=[256,256]'
   tyndall validate cloud.json                        finds every error of a scene
   tyndall defaults                                   lists every key of a scene with its default
 
