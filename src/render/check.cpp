@@ -9,6 +9,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include "render/scene_values.h"
 #include "tyndall/transport/ledger.h"
 
 namespace tyndall {
@@ -16,16 +17,8 @@ namespace {
 
 using namespace scene;
 
-template <class... Functions>
-struct Overloaded : Functions... {
-  using Functions::operator()...;
-};
-template <class... Functions>
-Overloaded(Functions...) -> Overloaded<Functions...>;
-
 constexpr const char* axis_names = "xyz";
 
-double largest(const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); }
 glm::dvec3 magnitudes(const glm::dvec3& v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
 
 /// Lengths and angles are judged in double precision: what is parallel to 1e-6 is parallel.

@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "render/scene_values.h"
 #include "tyndall/render/bounds.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/render.h"
@@ -15,18 +16,10 @@
 namespace tyndall {
 namespace {
 
-template <class... F>
-struct Overloaded : F... {
-  using F::operator()...;
-};
-template <class... F>
-Overloaded(F...) -> Overloaded<F...>;
-
 Vec3f to_vec3f(glm::dvec3 v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
 glm::dvec3 to_dvec3(Vec3f v) { return {v.x, v.y, v.z}; }
-double largest(glm::dvec3 v) { return std::max({v.x, v.y, v.z}); }
 
 // ---- Components
 

@@ -5,12 +5,14 @@
 #include <array>
 #include <cmath>
 #include <queue>
-#include <random>
 
+#include "support/random.h"
 #include "tyndall/medium/noise.h"
 
 namespace tyndall {
 namespace {
+
+using test::Random;
 
 // ---- Intervals, rounded outwards: a correctly rounded operation is off by at most 2^-53 of its
 // result.
@@ -239,15 +241,6 @@ double exact_noise(Vec3f p, std::uint32_t seed) {
   }
   return noise_in_cell(choice, p.x - cell[0], p.y - cell[1], p.z - cell[2]);
 }
-
-struct Random {
-  std::mt19937_64 engine;
-  explicit Random(std::uint64_t seed) : engine(seed) {}
-  double operator()(double low = 0, double high = 1) {
-    return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53;
-  }
-  std::uint32_t word() { return static_cast<std::uint32_t>(engine() >> 32); }
-};
 
 TEST(NoiseBounds, intervals_contain_what_they_enclose) {
   Random random(1);

@@ -6,27 +6,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <vector>
 
 #include <glm/geometric.hpp>
 
+#include "support/random.h"
 #include "support/scenes.h"
 
 namespace tyndall::test {
 namespace {
-
-struct Random {
-  std::mt19937_64 engine;
-  explicit Random(std::uint64_t seed) : engine(seed) {}
-  double operator()(double low = 0, double high = 1) {
-    return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53;
-  }
-  glm::dvec3 vector(double low = 0, double high = 1) {
-    const double x = (*this)(low, high), y = (*this)(low, high), z = (*this)(low, high);
-    return {x, y, z};
-  }
-};
 
 Region between(glm::dvec3 low, glm::dvec3 high) { return {0.5 * (low + high), 0.5 * (high - low)}; }
 

@@ -6,26 +6,15 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <random>
 #include <string>
 #include <vector>
 
+#include "support/random.h"
 #include "support/scenes.h"
 #include "tyndall/render/parallel.h"
 
 namespace tyndall::test {
 namespace {
-
-struct Random {
-  std::mt19937_64 engine;
-  double operator()(double low = 0, double high = 1) {
-    return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53;
-  }
-  glm::dvec3 vector(double low = 0, double high = 1) {
-    const double x = (*this)(low, high), y = (*this)(low, high), z = (*this)(low, high);
-    return {x, y, z};
-  }
-};
 
 std::vector<scene::CloudBody> bodies() {
   scene::Plume smoke, funnel;
@@ -95,7 +84,7 @@ TEST(Bounds, hold_at_ten_million_points_of_noise_clouds) {
   parallel_for(0, cases.size(), 1, 0, [&](std::uint64_t begin, std::uint64_t end) {
     for (std::uint64_t c = begin; c < end; ++c) {
       const NoiseCloud& field = cases[c].field;
-      Random random{std::mt19937_64(cases[c].seed)};
+      Random random(cases[c].seed);
       for (int region = 0; region < regions; ++region) {
         const double size = std::pow(2.0, random(-12, region % 25 == 0 ? -2 : -5));
         const Region r{random.vector(), 0.5 * size * random.vector(0.2, 1)};

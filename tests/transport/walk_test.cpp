@@ -5,22 +5,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <random>
 #include <vector>
+
+#include "support/random.h"
 
 namespace tyndall {
 namespace {
 
-struct Random {
-  std::mt19937_64 engine;
-  explicit Random(std::uint64_t seed) : engine(seed) {}
-  double operator()(double low = 0, double high = 1) {
-    return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53;
-  }
-  int below(int n) {
-    return static_cast<int>((engine() >> 32) * static_cast<std::uint64_t>(n) >> 32);
-  }
-};
+using test::Random;
 
 using Triple = std::array<double, 3>;
 Triple triple(Vec3f v) { return {v.x, v.y, v.z}; }
