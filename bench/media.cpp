@@ -9,7 +9,7 @@ scene::NoiseCloud cloud(int octaves, double contrast, double coverage, double fa
   scene::NoiseCloud c;
   c.octaves = octaves;
   c.gain = 0.5;
-  c.seed = 7;
+  c.seed = 34;
   c.contrast = contrast;
   c.coverage = coverage;
   c.falloff = falloff;

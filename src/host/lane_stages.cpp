@@ -23,14 +23,15 @@ inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place)
 }
 
 [[gnu::flatten]] std::int64_t walk(Lanes& s, const MajorantGrid& g, int turns) {
+  const int used = s.used;
   const MajorantGrid grid = g;
   alignas(64) float majorants[Lanes::size];
   std::int64_t cells = 0;
   for (int turn = 0; turn < turns; ++turn) {
     std::int32_t count = 0;
     INDEPENDENT
-    for (int l = 0; l < Lanes::size; ++l) majorants[l] = grid.total[s.cell[l]];
-    for (int l = 0; l < Lanes::size; ++l) {
+    for (int l = 0; l < used; ++l) majorants[l] = grid.total[s.cell[l]];
+    for (int l = 0; l < used; ++l) {
       const bool walking = s.state[l] == Lanes::walking;
       const Ray ray{{s.origin_x[l], s.origin_y[l], s.origin_z[l]},
                     {s.direction_x[l], s.direction_y[l], s.direction_z[l]}};
@@ -53,7 +54,7 @@ inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place)
       s.state[l] = crosses ? after : arrives ? std::int32_t{Lanes::arrived} : s.state[l];
       count += entered ? 1 : 0;
     }
-    for (int l = 0; l < Lanes::size; ++l) {
+    for (int l = 0; l < used; ++l) {
       const std::int32_t cell = index(grid, {s.i[l], s.j[l], s.k[l]});
       s.cell[l] = s.state[l] == Lanes::walking ? cell : s.cell[l];
     }
@@ -63,8 +64,9 @@ inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place)
 }
 
 [[gnu::flatten]] void draw(Lanes& s, const MajorantGrid& g, std::uint64_t seed) {
+  const int used = s.used;
   const MajorantGrid grid = g;
-  for (int l = 0; l < Lanes::size; ++l) {
+  for (int l = 0; l < used; ++l) {
     const bool arrived = s.state[l] == Lanes::arrived;
     const RandomStream random{seed, s.index[l], Domain::photon};
     const RandomBlock drawn = random.block(s.event[l] + 1u, Purpose::walk);
@@ -75,7 +77,7 @@ inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place)
     s.v[l] = uniform(drawn.a);
   }
   INDEPENDENT
-  for (int l = 0; l < Lanes::size; ++l) {
+  for (int l = 0; l < used; ++l) {
     const bool arrived = s.state[l] == Lanes::arrived;
     const float v = s.v[l] * grid.total[s.cell[l]];
     const Ray ray{{s.origin_x[l], s.origin_y[l], s.origin_z[l]},
@@ -143,8 +145,9 @@ inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place)
 }
 
 [[gnu::flatten]] void locate(Lanes& s, const IlluminationCells& c) {
+  const int used = s.used;
   const IlluminationCells cells = c;
-  for (int l = 0; l < Lanes::size; ++l) {
+  for (int l = 0; l < used; ++l) {
     s.illumination_cell[l] =
         (MajorantGrid::coordinate(s.z[l], cells.inverse_cell_size.z, cells.nz) * cells.ny
          + MajorantGrid::coordinate(s.y[l], cells.inverse_cell_size.y, cells.ny))
@@ -155,8 +158,9 @@ inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place)
 
 template <Phase::Kind kind>
 [[gnu::flatten]] void turn(Lanes& s, float g) {
+  const int used = s.used;
   const Phase phase{kind, g};
-  for (int l = 0; l < Lanes::size; ++l) {
+  for (int l = 0; l < used; ++l) {
     const Vec3f d = phase.sample({s.direction_x[l], s.direction_y[l], s.direction_z[l]},
                                  uniform_symmetric(s.word_c[l]), uniform_symmetric(s.word_d[l]));
     const bool real = s.state[l] == Lanes::arrived && s.real[l] == 1;
@@ -167,6 +171,7 @@ template <Phase::Kind kind>
 }
 
 [[gnu::flatten]] void scatter(Lanes& s, const MajorantGrid& g, const Phase& phase) {
+  const int used = s.used;
   const MajorantGrid grid = g;
   switch (phase.kind) {
     case Phase::Kind::isotropic:
@@ -179,7 +184,7 @@ template <Phase::Kind kind>
       turn<Phase::Kind::rayleigh>(s, 0);
       break;
   }
-  for (int l = 0; l < Lanes::size; ++l) {
+  for (int l = 0; l < used; ++l) {
     const bool arrived = s.state[l] == Lanes::arrived, real = arrived && s.real[l] == 1;
     s.origin_x[l] = real ? s.x[l] : s.origin_x[l];
     s.origin_y[l] = real ? s.y[l] : s.origin_y[l];

@@ -14,6 +14,8 @@ struct Lanes {
   static constexpr int size = 512;
   enum State : std::int32_t { idle, walking, arrived, left };
 
+  int used = size;  ///< those beyond are idle; whole SIMD registers
+
   // The photon.
   alignas(64) std::uint64_t index[size];
   alignas(64) std::uint32_t event[size];

@@ -65,12 +65,34 @@ class Batch {
   /// Lanes whose photon left or ended get the next ones. \return how many are under way.
   int refill() {
     int under_way = 0;
-    for (int l = 0; l < Lanes::size; ++l) {
+    for (int l = 0; l < lanes_.used; ++l) {
       if (lanes_.state[l] == Lanes::left) leave(l, Flight::End::escaped);
       while (lanes_.state[l] == Lanes::idle && next_ < end_) emit_into(l, next_++);
       under_way += lanes_.state[l] != Lanes::idle;
     }
+    if (next_ == end_ && 2 * under_way <= lanes_.used) close_ranks(under_way);
     return under_way;
+  }
+
+  /// The last photons move together: a few that scatter for long would keep all lanes busy.
+  void close_ranks(int under_way) {
+    int to = 0;
+    for (int from = 0; from < lanes_.used; ++from) {
+      if (lanes_.state[from] == Lanes::idle) continue;
+      if (to != from) move(from, to);
+      ++to;
+    }
+    constexpr int widest = 16;
+    lanes_.used = (under_way + widest - 1) / widest * widest;
+  }
+
+  void move(int from, int to) {
+    const auto each = [&](auto&... arrays) { ((arrays[to] = arrays[from]), ...); };
+    each(lanes_.index, lanes_.event, lanes_.weight_x, lanes_.weight_y, lanes_.weight_z,
+         lanes_.state, lanes_.origin_x, lanes_.origin_y, lanes_.origin_z, lanes_.direction_x,
+         lanes_.direction_y, lanes_.direction_z, lanes_.tau, lanes_.distance,
+         lanes_.virtual_particles, lanes_.i, lanes_.j, lanes_.k, lanes_.face, lanes_.cell);
+    lanes_.state[from] = Lanes::idle;
   }
 
   void emit_into(int l, std::uint64_t index) {
@@ -101,7 +123,7 @@ class Batch {
   void pack() {
     const Component<NoiseCloud>& component = pass_.medium.single;
     int n = 0;
-    for (int l = 0; l < Lanes::size; ++l) {
+    for (int l = 0; l < lanes_.used; ++l) {
       audit_.tentative += lanes_.state[l] == Lanes::arrived;
       if (lanes_.real[l] != Lanes::undecided) continue;
       const Vec3f p{lanes_.x[l], lanes_.y[l], lanes_.z[l]};
@@ -130,9 +152,16 @@ class Batch {
   void collide() {
     const Component<NoiseCloud>& component = pass_.medium.single;
     const bool scatters = component.scatters();
+    const auto moments = static_cast<std::size_t>(pass_.illumination.cells.moments());
+    if (scatters) {  // asked for early: an atomic addition waits for its memory alone
+      for (int l = 0; l < lanes_.used; ++l) {
+        const auto cell = static_cast<std::size_t>(lanes_.illumination_cell[l]);
+        if (lanes_.real[l] == 1) __builtin_prefetch(pass_.illumination.sums + cell * moments, 1);
+      }
+    }
     const bool absorbs =
         !(component.albedo.x == 1.0f && component.albedo.y == 1.0f && component.albedo.z == 1.0f);
-    for (int l = 0; l < Lanes::size; ++l) {
+    for (int l = 0; l < lanes_.used; ++l) {
       if (lanes_.state[l] != Lanes::arrived) continue;
       if (lanes_.real[l] != 1) {
         if (++lanes_.virtual_particles[l] == most_virtual) leave(l, Flight::End::stalled);
