@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
-#include <map>
 #include <regex>
 #include <set>
 
@@ -147,7 +146,7 @@ int run(int argc, char** argv) {
                 options.device.c_str(), options.threads, options.threads == 1 ? "" : "s");
     stage.threads = options.threads;
     if (options.device == "cpu" && checked.insert(title(which)).second) {
-      const Verdict verdict = check(stage, options);
+      const Verdict verdict = check(stage);
       for (const std::string& line : verdict.lines) std::printf("%s\n", line.c_str());
       std::fflush(stdout);
       if (!verdict.agree)

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include "tyndall/base/hash.h"
-#include "tyndall/render/render.h"
 
 namespace tyndall::bench {
 namespace {
@@ -63,7 +62,7 @@ double Result::collisions_per_second() const {
          / static_cast<double>(photons);
 }
 
-Verdict check(Stage& stage, const Options&) {
+Verdict check(Stage& stage) {
   Verdict verdict;
   const auto say = [&](bool good, const std::string& line) {
     verdict.lines.push_back((good ? "  ok     " : "  FAILED ") + line);

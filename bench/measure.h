@@ -45,7 +45,7 @@ struct Verdict {
 
 /// Do the unbiased samplers agree in the length and the escape probability of first flights, does
 /// `tyndall` leave the tally of its reference bit for bit, does ray marching follow its own steps?
-Verdict check(Stage& stage, const Options& options);
+Verdict check(Stage& stage);
 
 /// Times the rows `wanted`, their repeats interleaved.
 std::vector<Result> measure(Stage& stage, const Options& options,

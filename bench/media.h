@@ -1,5 +1,5 @@
 /// \file
-/// The timed media: fixed, so that figures can be compared over the years. See bench/README.md.
+/// The timed media: fixed, so that figures can be compared over the years.
 #pragma once
 
 #include <string>
