@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <csignal>
+#include <ctime>
 
 #include "io/output_file.h"
 
@@ -14,17 +15,34 @@ namespace {
 std::atomic<int> caught = 0, leaving = 0;
 static_assert(std::atomic<int>::is_always_lock_free);
 
+[[noreturn]] void leave(int signal) {
+  io::remove_temporaries();
+  ::_exit(128 + signal);
+}
+
+/// Between two photons is too late where one photon walks for minutes.
+timer_t patience;
+constexpr itimerspec as_long = {{0, 0}, {0, 600000000}};
+
 extern "C" void on_signal(int signal) {
-  if (caught != 0 || leaving != 0) {
-    io::remove_temporaries();
-    ::_exit(128 + signal);
-  }
+  if (caught != 0 || leaving != 0) leave(signal);
   caught = signal;
+  ::timer_settime(patience, 0, &as_long, nullptr);
+}
+
+extern "C" void on_timeout(int) {
+  constexpr char message[] = "tyndall: stopped by a signal; nothing was written\n";
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, message, sizeof message - 1);
+  leave(caught);
 }
 
 }  // namespace
 
 void catch_signals() {
+  struct sigaction timeout {};
+  timeout.sa_handler = on_timeout;
+  ::sigaction(SIGALRM, &timeout, nullptr);
+  ::timer_create(CLOCK_MONOTONIC, nullptr, &patience);  // sends SIGALRM
   struct sigaction action {};
   action.sa_handler = on_signal;
   // No SA_RESTART: a call that waits (a pipe without a reader) gives up.

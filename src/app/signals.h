@@ -4,8 +4,9 @@
 
 namespace tyndall::app {
 
-/// From here on the first of the signals is noted, for the render to stop in order, and the second
-/// removes the temporaries and leaves at once. SIGPIPE is ignored: a closed pipe is an error of
+/// From here on the first of the signals is noted, for the render to stop in order. Where it has
+/// not stopped after 0.6 s, or at the second signal, the temporaries are removed and the program
+/// leaves at once. SIGPIPE is ignored: a closed pipe is an error of
 /// writing.
 void catch_signals();
 

@@ -10,6 +10,7 @@
 #include <glm/matrix.hpp>
 
 #include "render/scene_values.h"
+#include "tyndall/transport/illumination.h"
 #include "tyndall/transport/ledger.h"
 
 namespace tyndall {
@@ -153,7 +154,7 @@ class Checker {
     if (const auto* grid = std::get_if<DenseGrid>(&c.field); grid && !grid->values.empty())
       densest = *std::max_element(grid->values.begin(), grid->values.end());
     const double across = glm::length(scene_.medium.box_max - scene_.medium.box_min);
-    constexpr double most = 4e6;
+    constexpr double most = 2e6;
     if (c.extinction * densest * across > most) {
       error(path + ".extinction",
             fmt::format("too dense for single precision: {:.3g} mean free paths across the medium, "
@@ -355,7 +356,7 @@ class Checker {
     const int needed = needed_illumination_order(scene_);
     if (scene_.illumination_order == -1 || scene_.illumination_order >= needed) return;
     error("photons.illumination.order",
-          fmt::format("expected {} or more (or -1: what the phase functions need), since a "
+          fmt::format("expected {} or more (or -1: the highest there is where it matters), since a "
                       "component scatters by {}, "
                       "got {}",
                       needed, needed == 2 ? "rayleigh" : "henyey_greenstein with g != 0",
@@ -366,11 +367,10 @@ class Checker {
     if (scene_.sampler != Sampler::ray_marching) {
       return warning("marching_step", "only the sampler ray_marching takes steps: not used");
     }
-    constexpr double most_steps = 1 << 24;
     const double across = glm::length(scene_.medium.box_max - scene_.medium.box_min);
     if (across / scene_.marching_step > most_steps) {
       error("marching_step",
-            fmt::format("expected at least {} (2^24 steps across the medium), got {}",
+            fmt::format("expected at least {} (2^22 steps across the medium), got {}",
                         across / most_steps, scene_.marching_step));
     }
   }
@@ -415,13 +415,17 @@ int needed_illumination_order(const Scene& scene) {
   return order;
 }
 
+int stored_illumination_order(const Scene& scene) {
+  if (scene.illumination_order >= 0) return scene.illumination_order;
+  return needed_illumination_order(scene) > 0 ? highest_order : 0;
+}
+
 std::uint64_t memory_needed(const Scene& scene) {
   // A pixel: 80 bytes of integer tallies and its four floats.
   const std::uint64_t film = product(scene.camera.resolution) * (80 + 16);
 
   // A cell: RGB coefficients and the matter as 64-bit integers, and the same once more as floats.
-  const int order =
-      scene.illumination_order < 0 ? needed_illumination_order(scene) : scene.illumination_order;
+  const int order = stored_illumination_order(scene);
   const auto numbers = static_cast<std::uint64_t>(3 * (order + 1) * (order + 1) + 1);
   const std::uint64_t illumination = product(scene.illumination_resolution) * numbers * (8 + 4);
 

@@ -10,6 +10,7 @@
 
 #include "render/scene_values.h"
 #include "tyndall/render/bounds.h"
+#include "tyndall/render/check.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/render.h"
 
@@ -130,12 +131,13 @@ double finest_feature(const scene::Field& field) {
 
 double default_marching_step(const Scene& scene) {
   double step = 1e300;
+  const double least = glm::length(scene.medium.box_max - scene.medium.box_min) / most_steps;
   for (const scene::Component& c : scene.medium.components) {
     const glm::dmat3 m(c.transform);
     const double scale = std::min({glm::length(m[0]), glm::length(m[1]), glm::length(m[2])});
     step = std::min(step, scale * finest_feature(c.field));
   }
-  return step;
+  return std::max(step, least);
 }
 
 // ---- Bounds
@@ -326,15 +328,6 @@ int illumination_channels(const PreparedScene& scene) {
   return grey ? 1 : 3;
 }
 
-int illumination_order(const Scene& scene) {
-  if (scene.illumination_order >= 0) return scene.illumination_order;
-  for (const scene::Component& c : scene.medium.components) {
-    const Phase phase = view(c.phase);
-    if (phase.moment(1) != 0.0f || phase.moment(2) != 0.0f) return highest_order;
-  }
-  return 0;
-}
-
 }  // namespace
 
 MajorantTables build_majorants(const std::vector<Component<AnyField>>& components, const Box& box,
@@ -470,7 +463,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.cells = {cx,
                cy,
                cz,
-               illumination_order(scene),
+               stored_illumination_order(scene),
                box,
                to_vec3f(glm::dvec3(cx, cy, cz) / extent),
                illumination_channels(out)};

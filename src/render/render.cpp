@@ -99,9 +99,9 @@ void check_stalled(const Ledger& ledger, std::vector<std::string>& warnings) {
         fmt::format(
             "{:.3g} of the power stalled in flights of more than {} super-voxels (along "
             "periodic sides through next to no matter: add extinction or open a side) or "
-            "as many virtual particles (beside matter far denser than all else: lower its "
+            "{} virtual particles (beside matter far denser than all else: lower its "
             "extinction, which is opaque long before, or raise medium.majorants.resolution)",
-            share, most_crossings));
+            share, most_crossings, most_virtual));
   }
   if (share > 1e-6)
     warnings.push_back(

@@ -319,6 +319,20 @@ TEST_F(CliTest, StopsWithinASecondAndLeavesTheOldFile) {
   }
 }
 
+TEST_F(CliTest, StopsWithinASecondInTheMidstOfAPhotonThatWalksForMinutes) {
+  const pid_t child =
+      start({"render", "scene.json", "-o", "a.pfm", "--progress", "plain", "-D",
+             R"(medium.components[0]={"field":{"type":"homogeneous"},"extinction":1e6,"albedo":1})",
+             "-D", "lights[0].position=[0.5,0.5,0.5]"});
+  for (int i = 0; i < 5000 && contents(scratch_ / "err").find("photons") == std::string::npos; ++i)
+    std::this_thread::sleep_for(2ms);
+  ::kill(child, SIGINT);
+  const Outcome outcome = wait(child, 1s);
+  EXPECT_EQ(outcome.code, 130);
+  EXPECT_NE(outcome.err.find("stopped by a signal"), std::string::npos) << outcome.err;
+  EXPECT_EQ(names(), std::set<std::string>{"scene.json"});
+}
+
 TEST_F(CliTest, LeavesAtOnceAtTheSecondSignal) {
   const pid_t child = start_long_render("a.pfm");
   ::kill(child, SIGTERM);

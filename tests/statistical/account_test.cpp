@@ -141,7 +141,7 @@ TEST(Matter, of_a_thin_cell_that_photons_hit_takes_more_points_and_is_unbiased) 
 
 // ---- Bounds
 
-TEST(Bounds, hold_at_every_look_up_of_every_field_and_sampler) {
+TEST(Bounds, hold_at_the_audited_look_ups_of_every_field_and_sampler) {
   const auto with = [](scene::CloudBody body, int octaves) {
     scene::NoiseCloud cloud = high_variation(octaves);
     cloud.body = body;

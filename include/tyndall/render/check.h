@@ -32,6 +32,12 @@ std::string grid_problem(const scene::DenseGrid& grid);
 /// Henyey-Greenstein 1, Rayleigh 2.
 int needed_illumination_order(const Scene& scene);
 
+/// \return the order that is stored: the scene's, or for -1 the highest where any is needed.
+int stored_illumination_order(const Scene& scene);
+
+/// Ray marching takes no more steps across the medium: single precision resolves no shorter ones.
+inline constexpr double most_steps = 1 << 22;
+
 /// \return [byte] that rendering `scene` takes: film, illumination, bounds and grids.
 std::uint64_t memory_needed(const Scene& scene);
 

@@ -157,7 +157,7 @@ struct Scene {
   std::uint64_t photons = 1000000;
   std::array<int, 3> illumination_resolution{64, 64, 64};
   int illumination_order =
-      -1;  ///< of the spherical harmonics, 0 to 2; -1: what the phase functions need
+      -1;  ///< of the spherical harmonics, 0 to 2; -1: 2 unless all scattering is isotropic
   std::uint64_t samples = 16;  ///< per pixel
   std::uint64_t seed = 1;
   double exposure = 0.0;  ///< [EV] of the PNG preview only

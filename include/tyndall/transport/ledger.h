@@ -18,7 +18,7 @@ struct Ledger {
   Count escaped[6] = {};                ///< through the faces -x +x -y +y -z +z
   Count absorbed[max_components] = {};  ///< by a component whose albedo is 0
   Count rouletted = 0;
-  Count stalled = 0;  ///< gave up after 2^20 crossings in one flight: bias
+  Count stalled = 0;  ///< gave up in an endless flight (most_crossings, most_virtual): bias
 
   Count shot_power[3] = {};
   Count missed_power[3] = {};

@@ -25,7 +25,7 @@ using Face = int;
 inline constexpr int most_crossings = 1 << 20;
 /// Nor meet more virtual particles: where the majorant is far above the matter (and tau / sigma_maj
 /// below the rounding of the distance) it would stand still.
-inline constexpr int most_virtual = 1 << 20;
+inline constexpr int most_virtual = 1 << 22;
 
 /// \return where along `ray` the plane `axis = plane` lies; beyond everything for rays along the
 /// plane.
