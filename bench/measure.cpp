@@ -131,7 +131,7 @@ std::vector<Result> measure(Stage& stage, const Options& options,
     if (r.photons == 0) {
       std::uint64_t trial = 8;
       Sample s = r.grey->run(0, trial);
-      while (s.seconds < 0.02) s = r.grey->run(0, trial *= 2);
+      while (s.seconds < 0.1) s = r.grey->run(0, trial *= 2);
       const double each = options.seconds / (2.0 * options.repeats);
       r.photons = std::max<std::uint64_t>(
           8, static_cast<std::uint64_t>(static_cast<double>(trial) * each / s.seconds));
