@@ -1,7 +1,6 @@
 #include "tyndall/render/prepare.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
 #include <numeric>
 

@@ -109,6 +109,10 @@ TEST(Check, MemoryGrowsWithPicturesAndGrids) {
   scene = good();
   scene.illumination_resolution = {256, 256, 256};
   EXPECT_GT(memory_needed(scene), small + 1'500'000'000u);
+  scene.medium.components[0].phase = HenyeyGreensteinPhase{0.5};
+  const std::uint64_t usual = memory_needed(scene);
+  scene.illumination_order = 2;
+  EXPECT_EQ(memory_needed(scene), usual) << "what is stored unless told";
 }
 
 TEST(Check, RangesDescribeThemselves) {

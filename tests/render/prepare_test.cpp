@@ -267,6 +267,8 @@ TEST(Prepare, ray_marching_steps_are_the_finest_voxel_unless_told) {
   EXPECT_FLOAT_EQ(std::get<RayMarching>(prepare(scene, 0).sampler).step, 0.02f);
   scene.medium.components.pop_back();
   EXPECT_FLOAT_EQ(std::get<RayMarching>(prepare(scene, 0).sampler).step, 1.0f / 32);
+  scene.medium.components[0].transform = glm::scale(glm::dmat4(1), glm::dvec3(1e-9));
+  EXPECT_GE(std::get<RayMarching>(prepare(scene, 0).sampler).step, 4e-7f) << "it would stand still";
   scene.marching_step = 0.3;
   EXPECT_FLOAT_EQ(std::get<RayMarching>(prepare(scene, 0).sampler).step, 0.3f);
 }
