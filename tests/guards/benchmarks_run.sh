@@ -1,0 +1,11 @@
+#!/usr/bin/env bash
+# Every micro-benchmark runs. What it measures in so short a time is worth nothing.
+set -euo pipefail
+micro=${TYNDALL_BUILD_DIR:?}/tyndall-micro
+if [[ ! -x $micro ]]; then
+  echo "SKIPPED: built without Google Benchmark"
+  exit 77
+fi
+rows=$("$micro" --benchmark_min_time=0.001 --benchmark_format=csv 2>/dev/null | grep -c '^"')
+((rows == $("$micro" --benchmark_list_tests | wc -l)))
+echo "$rows micro-benchmarks run"
