@@ -1,6 +1,6 @@
 /// \file
-/// The threads of the host: every pass called index by index, but for photons in a single noise
-/// cloud, which fly side by side in lanes.
+/// The threads of the host. Walks through super-voxels in a box with open sides go side by side in
+/// lanes, everything else index by index.
 #include <algorithm>
 #include <utility>
 
@@ -15,11 +15,10 @@
 namespace tyndall {
 namespace {
 
-bool is_open(const Box& box) { return !box.periodic_x && !box.periodic_y && !box.periodic_z; }
-
 class CpuBackend final : public Backend {
  public:
-  explicit CpuBackend(int threads) : threads_(thread_count(threads)) {}
+  CpuBackend(int threads, std::string instruction_set)
+      : threads_(thread_count(threads)), instruction_set_(std::move(instruction_set)) {}
 
   std::string name() const override {
     return fmt::format("cpu, {} thread{}", threads_, threads_ == 1 ? "" : "s");
@@ -45,29 +44,22 @@ class CpuBackend final : public Backend {
           scene_->seed,
           IlluminationTally{scene_->cells, illumination_.data()},
           nullptr};
-      if constexpr (requires { shoot_lanes(pass, 0, 0, stop_); }) {
-        if (is_open(medium.whole.box)) return run_lanes(photons, pass);
-      }
-      run(photons, 64, [&](Account* account) {
-        ShootPass<Medium, Sampler> own = pass;
-        own.account = account;
-        return own;
-      });
+      run_walks(photons, pass);
     });
   }
 
   void measure_matter(IndexRange cells) override {
     std::visit(
         [&]<class Medium>(const Medium& medium) {
-          run(cells, 64, [&](Account*) {
-            return MatterPass<Medium>{medium,
-                                      scene_->seed,
-                                      {scene_->cells, illumination_.data()},
-                                      scene_->cell_size,
-                                      scene_->strata,
-                                      scene_->matter_scale,
-                                      matter_.data()};
-          });
+          const MatterPass<Medium> pass{medium,
+                                        scene_->seed,
+                                        {scene_->cells, illumination_.data()},
+                                        scene_->cell_size,
+                                        scene_->strata,
+                                        scene_->matter_scale,
+                                        matter_.data()};
+          parallel_for(cells.begin, cells.end, 64, threads_,
+                       [&](std::uint64_t begin, std::uint64_t end) { run(pass, begin, end); });
         },
         scene_->medium);
   }
@@ -88,18 +80,12 @@ class CpuBackend final : public Backend {
 
   void gather(IndexRange samples) override {
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      run(samples, 256, [&](Account* account) {
-        return GatherPass<Medium, Sampler>{
-            medium,
-            sampler,
-            scene_->camera,
-            field_,
-            scene_->background,
-            scene_->seed,
-            Film{scene_->film_width, scene_->film_height, scene_->film_unit, film_.pixels.data(),
-                 &film_.clamped},
-            account};
-      });
+      run_walks(samples, GatherPass<Medium, Sampler>{
+                             medium, sampler, scene_->camera, field_, scene_->background,
+                             scene_->seed,
+                             Film{scene_->film_width, scene_->film_height, scene_->film_unit,
+                                  film_.pixels.data(), &film_.clamped},
+                             nullptr});
     });
   }
 
@@ -112,38 +98,56 @@ class CpuBackend final : public Backend {
     std::visit(launch, scene_->medium, scene_->sampler);
   }
 
-  /// Calls the pass for every index; each chunk keeps its own account, lest the threads fight over
-  /// one.
-  template <class MakePass>
-  void run(IndexRange range, std::uint64_t grain, const MakePass& make_pass) {
-    parallel_for(range.begin, range.end, grain, threads_,
+  /// Calls a pass of walks for every index.
+  template <class Pass>
+  void run_walks(IndexRange range, const Pass& pass) {
+    const bool by_lanes = has_lanes(pass);
+    // Long chunks: the lanes of a chunk's last paths run half empty.
+    const std::uint64_t share =
+        (range.end - range.begin) / (4 * static_cast<std::uint64_t>(threads_));
+    parallel_for(range.begin, range.end,
+                 by_lanes ? std::clamp<std::uint64_t>(share, 2048, 65536) : 64, threads_,
                  [&](std::uint64_t begin, std::uint64_t end) {
-                   Account account;
-                   const auto pass = make_pass(&account);
-                   for (std::uint64_t index = begin; index < end; ++index) {
-                     stop_if(stop_);
-                     pass(index);
+                   Account account;  // a chunk's own, lest the threads fight over one
+                   Pass own = pass;
+                   own.account = &account;
+                   if (by_lanes) {
+                     run_side_by_side(own, begin, end);
+                   } else {
+                     run(own, begin, end);
                    }
                    add(account_, account);
                  });
   }
 
-  /// Long chunks: the lanes of a chunk's last photons run half empty.
+  template <class Medium, template <class, class> class Pass>
+  static bool has_lanes(const Pass<Medium, SuperVoxel>& pass) {
+    const Box& box = pass.medium.whole.box;
+    return !box.periodic_x && !box.periodic_y && !box.periodic_z;
+  }
   template <class Pass>
-  void run_lanes(IndexRange photons, const Pass& pass) {
-    const std::uint64_t share =
-        (photons.end - photons.begin) / (4 * static_cast<std::uint64_t>(threads_));
-    parallel_for(photons.begin, photons.end, std::clamp<std::uint64_t>(share, 2048, 65536),
-                 threads_, [&](std::uint64_t begin, std::uint64_t end) {
-                   Account account;
-                   Pass own = pass;
-                   own.account = &account;
-                   shoot_lanes(own, begin, end, stop_);
-                   add(account_, account);
-                 });
+  static bool has_lanes(const Pass&) {
+    return false;
+  }
+
+  template <class Medium, template <class, class> class Pass>
+  void run_side_by_side(const Pass<Medium, SuperVoxel>& pass, std::uint64_t begin,
+                        std::uint64_t end) const {
+    run_lanes(pass, begin, end, stop_, instruction_set_);
+  }
+  template <class Pass>
+  void run_side_by_side(const Pass&, std::uint64_t, std::uint64_t) const {}
+
+  template <class Pass>
+  void run(const Pass& pass, std::uint64_t begin, std::uint64_t end) const {
+    for (std::uint64_t index = begin; index < end; ++index) {
+      stop_if(stop_);
+      pass(index);
+    }
   }
 
   int threads_;
+  std::string instruction_set_;
   const PreparedScene* scene_ = nullptr;
   Stop stop_;
   std::vector<std::int64_t> illumination_, matter_;
@@ -154,8 +158,8 @@ class CpuBackend final : public Backend {
 
 }  // namespace
 
-std::unique_ptr<Backend> make_cpu_backend(int threads) {
-  return std::make_unique<CpuBackend>(threads);
+std::unique_ptr<Backend> make_cpu_backend(int threads, const std::string& instruction_set) {
+  return std::make_unique<CpuBackend>(threads, instruction_set);
 }
 
 }  // namespace tyndall

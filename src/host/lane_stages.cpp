@@ -1,11 +1,13 @@
 /// \file
 /// The stages in one instruction set. Nothing here may be left out of line: an inline function of
 /// the core, compiled for a processor that has more, would replace the plain one in the program.
-#include "host/lane_stages.h"
-
 #if !defined(TYNDALL_ISA)
 #define TYNDALL_ISA plain
 #endif
+
+#include "host/lane_stages.h"
+
+#include "host/pack.h"
 
 // The grid's bounds, which a loop gathers, are not among the lanes that it writes.
 #if defined(__clang__)
@@ -17,13 +19,33 @@
 namespace tyndall::TYNDALL_ISA {
 namespace {
 
+struct Numbers {
+  alignas(64) std::int32_t lane[Lanes::size];
+};
+constexpr Numbers numbers = [] {
+  Numbers n{};
+  for (int l = 0; l < Lanes::size; ++l) n.lane[l] = l;
+  return n;
+}();
+
+/// Lists the lanes whose flags are set.
+[[gnu::always_inline]] inline int list(Lanes& s) {
+  return pack(s.flags, s.used, Column(numbers.lane, s.listed));
+}
+
+[[gnu::flatten]] int free(Lanes& s) {
+  const int used = whole_registers(s.used);
+  for (int l = 0; l < used; ++l) s.flags[l] = s.state[l] != Lanes::walking ? 1 : 0;
+  return list(s);
+}
+
 /// In 32 bits, which lanes gather with.
 inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place) {
   return (place.k * grid.ny + place.j) * grid.nx + place.i;
 }
 
 [[gnu::flatten]] std::int64_t walk(Lanes& s, const MajorantGrid& g, int turns) {
-  const int used = s.used;
+  const int used = whole_registers(s.used);
   const MajorantGrid grid = g;
   alignas(64) float majorants[Lanes::size];
   std::int64_t cells = 0;
@@ -63,89 +85,143 @@ inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place)
   return cells;
 }
 
-[[gnu::flatten]] void draw(Lanes& s, const MajorantGrid& g, std::uint64_t seed) {
-  const int used = s.used;
+/// As MixedMedium::collide: the first component whose majorants together exceed v. Leaves what v is
+/// above the others.
+[[gnu::flatten]] void choose(Lanes& s, const MajorantGrid& grid) {
+  const int used = whole_registers(s.used);
+  for (int l = 0; l < used; ++l) s.component[l] = virtual_particle;
+  for (int c = 0; c < grid.components; ++c) {
+    const float* upper = grid.upper + static_cast<std::size_t>(c) * grid.cells();
+    INDEPENDENT
+    for (int l = 0; l < used; ++l) {
+      const float sigma_maj = upper[s.cell[l]];
+      const bool open = s.component[l] == virtual_particle, here = open & (s.v[l] < sigma_maj);
+      s.component[l] = here ? c : s.component[l];
+      s.v[l] = open & !here ? s.v[l] - sigma_maj : s.v[l];
+    }
+  }
+}
+
+[[gnu::flatten]] int draw(Lanes& s, const MajorantGrid& g, std::uint64_t seed, Domain domain) {
+  const int used = whole_registers(s.used);
   const MajorantGrid grid = g;
+  int count = 0;
   for (int l = 0; l < used; ++l) {
     const bool arrived = s.state[l] == Lanes::arrived;
-    const RandomStream random{seed, s.index[l], Domain::photon};
+    const RandomStream random{seed, s.index[l], domain};
     const RandomBlock drawn = random.block(s.event[l] + 1u, Purpose::walk);
     s.event[l] = arrived ? s.event[l] + 1u : s.event[l];
     s.tau[l] = arrived ? exponential(drawn.b) : s.tau[l];
     s.word_c[l] = drawn.c;
     s.word_d[l] = drawn.d;
     s.v[l] = uniform(drawn.a);
+    count += arrived ? 1 : 0;
   }
   INDEPENDENT
   for (int l = 0; l < used; ++l) {
-    const bool arrived = s.state[l] == Lanes::arrived;
-    const float v = s.v[l] * grid.total[s.cell[l]];
     const Ray ray{{s.origin_x[l], s.origin_y[l], s.origin_z[l]},
                   {s.direction_x[l], s.direction_y[l], s.direction_z[l]}};
     const Vec3f p = ray.origin + s.distance[l] * ray.direction;
-    s.v[l] = v;
+    s.v[l] = s.v[l] * grid.total[s.cell[l]];
     s.x[l] = p.x;
     s.y[l] = p.y;
     s.z[l] = p.z;
-    s.real[l] = !arrived ? 0 : v < grid.lower[s.cell[l]] ? 1 : Lanes::undecided;
+    s.component[l] = 0;
   }
+  if (grid.components > 1) choose(s, grid);
+  const std::int32_t cells = static_cast<std::int32_t>(grid.cells());
+  INDEPENDENT
+  for (int l = 0; l < used; ++l) {
+    const bool asks = (s.state[l] == Lanes::arrived) & (s.component[l] >= 0);
+    const std::int32_t first = s.component[l] > 0 ? s.component[l] * cells : 0;
+    const float sigma_min = grid.lower[first + s.cell[l]];
+    s.real[l] = !asks ? 0 : s.v[l] < sigma_min ? 1 : Lanes::undecided;
+  }
+  return count;
 }
 
-[[gnu::flatten]] std::int64_t decide(Undecided& u, Lanes& s, const Component<NoiseCloud>& c) {
-  const NoiseCloud field = c.field;
-  const Affine to_field = c.to_field;
-  const float extinction = c.extinction;
+[[gnu::flatten]] int ask(Lanes& s, Undecided& u, int component) {
+  const int used = whole_registers(s.used);
+  for (int l = 0; l < used; ++l) {
+    const bool asks = (s.real[l] == Lanes::undecided) & (s.component[l] == component);
+    const bool audited = is_audited(s.word_d[l]);
+    s.real[l] = asks ? 0 : s.real[l];
+    u.open[l] = asks & !audited ? 1 : 0;
+    s.flags[l] = asks & audited ? 1 : 0;
+  }
+  u.count = pack(u.open, used, Column(s.x, u.x), Column(s.y, u.y), Column(s.z, u.z),
+                 Column(s.v, u.v), Column(numbers.lane, u.lane));
+  return list(s);
+}
+
+/// Packs the open ones, and tells the lanes of the real ones.
+[[gnu::always_inline]] inline void settle(Undecided& u, Lanes& s) {
+  const int real = pack(u.real, u.count, Column(u.lane, s.listed));
+  for (int m = 0; m < real; ++m) s.real[s.listed[m]] = 1;
+  u.count = pack(u.open, u.count, u.x, u.y, u.z, u.threshold, u.rest, u.noise, u.lane);
+  // What fills up the last register goes through the arithmetic too.
+  for (int m = u.count; m < whole_registers(u.count); ++m) u.x[m] = u.y[m] = u.z[m] = 0.0f;
+}
+
+[[gnu::flatten]] std::int64_t decide(Undecided& u, Lanes& s, const NoiseCloud& f, const Affine& a,
+                                     float extinction) {
+  const NoiseCloud field = f;
+  const Affine to_field = a;
   const float total = fractal_noise_bound(field.octaves, field.gain);
-  for (int m = 0; m < u.count; ++m) {
+  for (int m = 0; m < whole_registers(u.count); ++m) {
     const Vec3f p = NoiseCloud::on_lattice(to_field({u.x[m], u.y[m], u.z[m]}));
+    const float body = field.shape(p);
+    const float undone = field.threshold(extinction, u.v[m], body);
+    const float threshold = u.v[m] >= extinction ? largest_float : undone;
+    const float rest = NoiseCloud::widened(total, body, threshold);
+    const bool open = !(abs(threshold) > rest);
     u.x[m] = p.x;
     u.y[m] = p.y;
     u.z[m] = p.z;
-    u.body[m] = field.shape(p);
-    u.threshold[m] = field.threshold(extinction, u.v[m], u.body[m]);
-    u.rest[m] = NoiseCloud::widened(total, u.body[m], u.threshold[m]);
+    u.threshold[m] = threshold;
+    u.rest[m] = rest;
     u.noise[m] = 0.0f;
+    u.open[m] = open ? 1 : 0;
+    u.real[m] = !open & (0.0f > threshold) ? 1 : 0;
   }
+  settle(u, s);
   std::int64_t octaves = 0;
   float amplitude = 1.0f;
-  for (int k = 1;; ++k) {
-    for (int m = 0; m < u.count; ++m)
-      u.open[m] = abs(u.noise[m] - u.threshold[m]) > u.rest[m] ? 0 : 1;
-    int open = 0;
-    for (int m = 0; m < u.count; ++m) {
-      s.real[u.lane[m]] = u.noise[m] > u.threshold[m] ? 1 : 0;
-      u.x[open] = u.x[m];
-      u.y[open] = u.y[m];
-      u.z[open] = u.z[m];
-      u.v[open] = u.v[m];
-      u.body[open] = u.body[m];
-      u.threshold[open] = u.threshold[m];
-      u.rest[open] = u.rest[m];
-      u.noise[open] = u.noise[m];
-      u.lane[open] = u.lane[m];
-      open += u.open[m];
-    }
-    u.count = open;
-    if (open == 0 || k > field.octaves) break;
+  for (int k = 1; k <= field.octaves && u.count > 0; ++k) {
+    octaves += u.count;
     const std::uint32_t seed = octave_seed(field.seed, k);
-    for (int m = 0; m < open; ++m) {
+    for (int m = 0; m < whole_registers(u.count); ++m) {
       const Vec3f p{2.0f * u.x[m], 2.0f * u.y[m], 2.0f * u.z[m]};
-      u.noise[m] = u.noise[m] + amplitude * gradient_noise(p, seed);
-      u.rest[m] = u.rest[m] - noise_bound * amplitude;
+      const float noise = u.noise[m] + amplitude * gradient_noise(p, seed);
+      const float rest = u.rest[m] - noise_bound * amplitude;
+      const bool open = !(abs(noise - u.threshold[m]) > rest);
       u.x[m] = p.x;
       u.y[m] = p.y;
       u.z[m] = p.z;
+      u.noise[m] = noise;
+      u.rest[m] = rest;
+      u.open[m] = open ? 1 : 0;
+      u.real[m] = !open & (noise > u.threshold[m]) ? 1 : 0;
     }
-    octaves += open;
     amplitude = amplitude * field.gain;
+    if (k < field.octaves) settle(u, s);
   }
-  for (int m = 0; m < u.count; ++m)
-    s.real[u.lane[m]] = u.v[m] < extinction * field.transfer(u.noise[m], u.body[m]) ? 1 : 0;
+  for (int m = 0; m < u.count; ++m) {  // all octaves: nothing is left open
+    const int l = u.lane[m];
+    const float body = field.shape(NoiseCloud::on_lattice(to_field({s.x[l], s.y[l], s.z[l]})));
+    s.real[l] = s.v[l] < extinction * field.transfer(u.noise[m], body) ? 1 : 0;
+  }
   return octaves;
 }
 
+[[gnu::flatten]] int collided(Lanes& s) {
+  const int used = whole_registers(s.used);
+  for (int l = 0; l < used; ++l) s.flags[l] = s.real[l] == 1 ? 1 : 0;
+  return list(s);
+}
+
 [[gnu::flatten]] void locate(Lanes& s, const IlluminationCells& c) {
-  const int used = s.used;
+  const int used = whole_registers(s.used);
   const IlluminationCells cells = c;
   for (int l = 0; l < used; ++l) {
     s.illumination_cell[l] =
@@ -157,35 +233,36 @@ inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place)
 }
 
 template <Phase::Kind kind>
-[[gnu::flatten]] void turn(Lanes& s, float g) {
-  const int used = s.used;
+[[gnu::flatten]] void turn(Lanes& s, int component, float g) {
+  const int used = whole_registers(s.used);
   const Phase phase{kind, g};
   for (int l = 0; l < used; ++l) {
     const Vec3f d = phase.sample({s.direction_x[l], s.direction_y[l], s.direction_z[l]},
                                  uniform_symmetric(s.word_c[l]), uniform_symmetric(s.word_d[l]));
-    const bool real = s.state[l] == Lanes::arrived && s.real[l] == 1;
+    const bool real = (s.real[l] == 1) & (s.component[l] == component);
     s.direction_x[l] = real ? d.x : s.direction_x[l];
     s.direction_y[l] = real ? d.y : s.direction_y[l];
     s.direction_z[l] = real ? d.z : s.direction_z[l];
   }
 }
 
-[[gnu::flatten]] void scatter(Lanes& s, const MajorantGrid& g, const Phase& phase) {
-  const int used = s.used;
-  const MajorantGrid grid = g;
+[[gnu::flatten]] void scatter(Lanes& s, int component, const Phase& phase) {
   switch (phase.kind) {
     case Phase::Kind::isotropic:
-      turn<Phase::Kind::isotropic>(s, 0);
-      break;
+      return turn<Phase::Kind::isotropic>(s, component, 0);
     case Phase::Kind::henyey_greenstein:
-      turn<Phase::Kind::henyey_greenstein>(s, phase.g);
-      break;
+      return turn<Phase::Kind::henyey_greenstein>(s, component, phase.g);
     case Phase::Kind::rayleigh:
-      turn<Phase::Kind::rayleigh>(s, 0);
-      break;
+      return turn<Phase::Kind::rayleigh>(s, component, 0);
   }
+}
+
+[[gnu::flatten]] void go_on(Lanes& s, const MajorantGrid& g) {
+  const int used = whole_registers(s.used);
+  const MajorantGrid grid = g;
   for (int l = 0; l < used; ++l) {
-    const bool arrived = s.state[l] == Lanes::arrived, real = arrived && s.real[l] == 1;
+    const bool arrived = s.state[l] == Lanes::arrived;
+    const bool real = arrived & (s.real[l] == 1), hits_nothing = arrived & (s.real[l] != 1);
     s.origin_x[l] = real ? s.x[l] : s.origin_x[l];
     s.origin_y[l] = real ? s.y[l] : s.origin_y[l];
     s.origin_z[l] = real ? s.z[l] : s.origin_z[l];
@@ -198,13 +275,30 @@ template <Phase::Kind kind>
     s.k[l] = real ? place.k : s.k[l];
     s.cell[l] = real ? index(grid, place) : s.cell[l];
     s.distance[l] = real ? 0.0f : s.distance[l];
-    s.state[l] = arrived ? std::int32_t{Lanes::walking} : s.state[l];
+    const std::int32_t met = s.virtual_particles[l] + (hits_nothing ? 1 : 0);
+    s.virtual_particles[l] = real ? 0 : met;
+    const bool stalls = hits_nothing & (met == most_virtual);
+    s.state[l] = stalls    ? std::int32_t{Lanes::stalled}
+                 : arrived ? std::int32_t{Lanes::walking}
+                           : s.state[l];
   }
 }
+
+#define TYNDALL_TEXT(name) #name
+#define TYNDALL_NAME(name) TYNDALL_TEXT(name)
 
 }  // namespace
 
 extern const LaneStages stages;
-const LaneStages stages{walk, draw, decide, locate, scatter};
+const LaneStages stages{TYNDALL_NAME(TYNDALL_ISA),
+                        free,
+                        walk,
+                        draw,
+                        ask,
+                        decide,
+                        collided,
+                        locate,
+                        scatter,
+                        go_on};
 
 }  // namespace tyndall::TYNDALL_ISA

@@ -1,5 +1,5 @@
 /// \file
-/// The stages of photons side by side. Included by code for several instruction sets: no inline
+/// The stages of paths side by side. Included by code for several instruction sets: no inline
 /// function that is not in the kernels' floors.
 #pragma once
 
@@ -12,11 +12,11 @@ namespace tyndall {
 /// State and results of the stages, lane by lane.
 struct Lanes {
   static constexpr int size = 512;
-  enum State : std::int32_t { idle, walking, arrived, left };
+  enum State : std::int32_t { idle, walking, arrived, left, stalled };
 
-  int used = size;  ///< those beyond are idle; whole SIMD registers
+  int used = size;  ///< those beyond are idle; whole registers
 
-  // The photon.
+  // The path.
   alignas(64) std::uint64_t index[size];
   alignas(64) std::uint32_t event[size];
   alignas(64) float weight_x[size], weight_y[size], weight_z[size];
@@ -31,8 +31,12 @@ struct Lanes {
   // Its tentative collision.
   alignas(64) std::uint32_t word_c[size], word_d[size];
   alignas(64) float x[size], y[size], z[size], v[size];
-  alignas(64) std::int32_t real[size];  ///< 1, 0, or undecided
+  alignas(64) std::int32_t component[size];  ///< that it may hit, or virtual_particle
+  alignas(64) std::int32_t real[size];       ///< 1, 0, or undecided
   alignas(64) std::int32_t illumination_cell[size];
+
+  alignas(64) std::int32_t flags[size];   ///< scratch
+  alignas(64) std::int32_t listed[size];  ///< lanes that a stage lists
 
   static constexpr std::int32_t undecided = 2;
 };
@@ -40,32 +44,37 @@ struct Lanes {
 /// Tentative collisions that bounds do not decide, packed.
 struct Undecided {
   alignas(64) float x[Lanes::size], y[Lanes::size], z[Lanes::size], v[Lanes::size];
-  alignas(64) float body[Lanes::size], threshold[Lanes::size], rest[Lanes::size];
-  alignas(64) float noise[Lanes::size];
-  alignas(64) std::int32_t lane[Lanes::size], open[Lanes::size];
+  alignas(64) float threshold[Lanes::size], rest[Lanes::size], noise[Lanes::size];
+  alignas(64) std::int32_t lane[Lanes::size], open[Lanes::size], real[Lanes::size];
   int count = 0;
 };
 
 // ---- The stages, compiled for several instruction sets: TYNDALL_ISA names each.
 
-/// Walks on, at most `turns` cells. \return cells entered.
-using WalkStage = std::int64_t(Lanes& lanes, const MajorantGrid& grid, int turns);
-/// Draws for the lanes that arrived; `real` says what the minorant decides.
-using DrawStage = void(Lanes& lanes, const MajorantGrid& grid, std::uint64_t seed);
-/// Decides the others. \return octaves summed.
-using DecideStage = std::int64_t(Undecided& some, Lanes& lanes,
-                                 const Component<NoiseCloud>& medium);
-/// Finds the cells of the illumination grid.
-using LocateStage = void(Lanes& lanes, const IlluminationCells& cells);
-/// New directions and new flights for real collisions; virtual ones fly on.
-using ScatterStage = void(Lanes& lanes, const MajorantGrid& grid, const Phase& phase);
-
 struct LaneStages {
-  WalkStage* walk;
-  DrawStage* draw;
-  DecideStage* decide;
-  LocateStage* locate;
-  ScatterStage* scatter;
+  const char* name;  ///< of the instruction set
+
+  /// Lists the lanes that are not walking. \return how many.
+  int (*free)(Lanes& lanes);
+  /// Walks on, at most `turns` cells. \return cells entered.
+  std::int64_t (*walk)(Lanes& lanes, const MajorantGrid& grid, int turns);
+  /// Draws for the lanes that arrived: where, which component, and what its minorant decides.
+  /// \return how many.
+  int (*draw)(Lanes& lanes, const MajorantGrid& grid, std::uint64_t seed, Domain domain);
+  /// Packs what the minorant of `component` left undecided, until then virtual; lists instead what
+  /// is to be audited. \return how many are listed.
+  int (*ask)(Lanes& lanes, Undecided& some, int component);
+  /// Decides the packed ones by octave squeezing. \return octaves summed.
+  std::int64_t (*decide)(Undecided& some, Lanes& lanes, const NoiseCloud& field,
+                         const Affine& to_field, float extinction);
+  /// Lists the real collisions. \return how many.
+  int (*collided)(Lanes& lanes);
+  /// Finds the cells of the illumination grid.
+  void (*locate)(Lanes& lanes, const IlluminationCells& cells);
+  /// New directions for the real collisions with `component`.
+  void (*scatter)(Lanes& lanes, int component, const Phase& phase);
+  /// Real collisions that did not end the path begin new flights, virtual ones fly on, or stall.
+  void (*go_on)(Lanes& lanes, const MajorantGrid& grid);
 };
 
 }  // namespace tyndall

@@ -1,8 +1,11 @@
 #include "host/lanes.h"
 
 #include <memory>
+#include <string_view>
 
 #include "host/lane_stages.h"
+#include "host/pack.h"
+#include "tyndall/render/render.h"
 
 namespace tyndall {
 
@@ -11,70 +14,87 @@ namespace tyndall {
   extern const LaneStages stages;   \
   }
 TYNDALL_DECLARE_STAGES(plain)
-#if defined(TYNDALL_LANES_X86_64_V4)
+#if defined(TYNDALL_LANES_X86_64)
+TYNDALL_DECLARE_STAGES(v3)
 TYNDALL_DECLARE_STAGES(v4)
 #endif
 
 namespace {
 
-/// The widest that this processor has.
-LaneStages lane_stages() {
-#if defined(TYNDALL_LANES_X86_64_V4)
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw")
-      && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl")
-      && __builtin_cpu_supports("avx512cd"))
-    return v4::stages;
+/// What this processor has, the widest first.
+std::vector<const LaneStages*> available_stages() {
+  std::vector<const LaneStages*> list;
+#if defined(TYNDALL_LANES_X86_64)
+  if (__builtin_cpu_supports("x86-64-v4")) list.push_back(&v4::stages);
+  if (__builtin_cpu_supports("x86-64-v3")) list.push_back(&v3::stages);
 #endif
-  return plain::stages;
+  list.push_back(&plain::stages);
+  return list;
 }
 
-/// Moves photons between the stages, and keeps their account.
+const LaneStages& stages_named(std::string_view name) {
+  static const std::vector<const LaneStages*> list = available_stages();
+  for (const LaneStages* stages : list)
+    if (stages->name == name) return *stages;
+  return *list.front();
+}
+
+/// Moves paths between the stages, and keeps their account. What begins a path, ends it, and
+/// happens at its collisions is the Driver's:
+///   bool begin(RandomStream, Path&, int lane)   false where the path ends at once
+///   void leave(int lane, Flight)
+///   bool collide(int lane, int component)       false where the path ends
+template <class Driver, class Medium>
 class Batch {
  public:
-  using Pass = ShootPass<SingleMedium<NoiseCloud>, SuperVoxel>;
+  Batch(const Medium& medium, std::uint64_t seed, Domain domain, Account* account,
+        const LaneStages& stages)
+      : medium_(medium),
+        grid_(medium.super_voxels),
+        seed_(seed),
+        domain_(domain),
+        account_(account),
+        stages_(stages) {}
 
-  explicit Batch(const Pass& pass) : pass_(pass), grid_(pass.medium.super_voxels) {
-    for (int l = 0; l < Lanes::size; ++l) {
-      lanes_.state[l] = Lanes::idle;
-      lanes_.cell[l] = 0;
-    }
-  }
-
-  void shoot(std::uint64_t begin, std::uint64_t end, const Stop& stop) {
-    const LaneStages stages = lane_stages();
-    const Component<NoiseCloud>& component = pass_.medium.single;
+  void run(std::uint64_t begin, std::uint64_t end, const Stop& stop) {
     next_ = begin, end_ = end;
-    while (refill() > 0) {
+    while (refill()) {
       stop_if(stop);
-      audit_.cells += stages.walk(lanes_, grid_, turns);
-      stages.draw(lanes_, grid_, pass_.seed);
-      pack();
-      audit_.octaves += stages.decide(some_, lanes_, component);
-      if (component.scatters()) stages.locate(lanes_, pass_.illumination.cells);
+      audit_.cells += stages_.walk(lanes_, grid_, turns);
+      audit_.tentative += stages_.draw(lanes_, grid_, seed_, domain_);
+      for (int c = 0; c < medium_.count(); ++c) decide(c);
       collide();
-      stages.scatter(lanes_, grid_, component.phase);
+      stages_.go_on(lanes_, grid_);
     }
-    deposit_audit(pass_.account->audit, audit_);
+    deposit_audit(account_->audit, audit_);
   }
 
- private:
+ protected:
   // More would leave more lanes waiting for the last, fewer would draw for lanes that did not
   // arrive.
   static constexpr int turns = 3;
 
-  /// Lanes whose photon left or ended get the next ones. \return how many are under way.
-  int refill() {
-    int under_way = 0;
-    for (int l = 0; l < lanes_.used; ++l) {
-      if (lanes_.state[l] == Lanes::left) leave(l, Flight::End::escaped);
-      while (lanes_.state[l] == Lanes::idle && next_ < end_) emit_into(l, next_++);
-      under_way += lanes_.state[l] != Lanes::idle;
+  /// Lanes whose path ended get the next ones. \return whether any is under way.
+  bool refill() {
+    int free = stages_.free(lanes_);
+    if (free == 0) return true;
+    int idle = 0;
+    for (int f = 0; f < free; ++f) {
+      const int l = lanes_.listed[f];
+      if (lanes_.state[l] == Lanes::left)
+        driver().leave(l, {Flight::End::escaped, virtual_particle, lanes_.face[l]});
+      if (lanes_.state[l] == Lanes::stalled)
+        driver().leave(l, {Flight::End::stalled, virtual_particle, 0});
+      lanes_.state[l] = Lanes::idle;
+      while (lanes_.state[l] == Lanes::idle && next_ < end_) begin(l, next_++);
+      idle += lanes_.state[l] == Lanes::idle;
     }
-    if (next_ == end_ && 2 * under_way <= lanes_.used) close_ranks(under_way);
-    return under_way;
+    const int under_way = lanes_.used - idle;
+    if (2 * under_way <= lanes_.used) close_ranks(under_way);
+    return under_way > 0;
   }
 
-  /// The last photons move together: a few that scatter for long would keep all lanes busy.
+  /// The last paths move together: a few that scatter for long would keep all lanes busy.
   void close_ranks(int under_way) {
     int to = 0;
     for (int from = 0; from < lanes_.used; ++from) {
@@ -82,8 +102,7 @@ class Batch {
       if (to != from) move(from, to);
       ++to;
     }
-    constexpr int widest = 16;
-    lanes_.used = (under_way + widest - 1) / widest * widest;
+    lanes_.used = whole_registers(under_way);
   }
 
   void move(int from, int to) {
@@ -95,14 +114,12 @@ class Batch {
     lanes_.state[from] = Lanes::idle;
   }
 
-  void emit_into(int l, std::uint64_t index) {
+  void begin(int l, std::uint64_t index) {
     Path path;
-    Vec3f w;
-    if (!pass_.begin({pass_.seed, index, Domain::photon}, path, w)) return;
+    if (!driver().begin({seed_, index, domain_}, path, l)) return;
     lanes_.index[l] = index;
     lanes_.event[l] = path.event;
     lanes_.tau[l] = path.tau;
-    set_weight(l, w);
     lanes_.direction_x[l] = path.ray.direction.x;
     lanes_.direction_y[l] = path.ray.direction.y;
     lanes_.direction_z[l] = path.ray.direction.z;
@@ -115,89 +132,139 @@ class Batch {
     lanes_.k[l] = MajorantGrid::coordinate(o.z, grid_.inverse_cell_size.z, grid_.nz);
     lanes_.cell[l] = static_cast<std::int32_t>(grid_.index(lanes_.i[l], lanes_.j[l], lanes_.k[l]));
     lanes_.distance[l] = 0.0f;
-    lanes_.state[l] = Lanes::walking;
-    begin_flight(l);
-  }
-
-  /// Packs what the minorant left undecided; audits some of it by the full density.
-  void pack() {
-    const Component<NoiseCloud>& component = pass_.medium.single;
-    int n = 0;
-    for (int l = 0; l < lanes_.used; ++l) {
-      audit_.tentative += lanes_.state[l] == Lanes::arrived;
-      if (lanes_.real[l] != Lanes::undecided) continue;
-      const Vec3f p{lanes_.x[l], lanes_.y[l], lanes_.z[l]};
-      const float v = lanes_.v[l];
-      ++audit_.lookups;
-      if (is_audited(lanes_.word_d[l])) {
-        LookupCount count;
-        const auto cell = grid_.index(lanes_.i[l], lanes_.j[l], lanes_.k[l]);
-        lanes_.real[l] = is_real(grid_, 0, component, cell, v, p, count, Decision::audited);
-        audit_.octaves += count.octaves;
-        audit_.violations += count.violations;
-      } else if (v >= component.extinction) {
-        lanes_.real[l] = 0;
-      } else {
-        some_.x[n] = p.x;
-        some_.y[n] = p.y;
-        some_.z[n] = p.z;
-        some_.v[n] = v;
-        some_.lane[n++] = l;
-      }
-    }
-    some_.count = n;
-  }
-
-  /// Real collisions: score, absorb, play roulette.
-  void collide() {
-    const Component<NoiseCloud>& component = pass_.medium.single;
-    const bool scatters = component.scatters();
-    const auto moments = static_cast<std::size_t>(pass_.illumination.cells.moments());
-    if (scatters) {  // asked for early: an atomic addition waits for its memory alone
-      for (int l = 0; l < lanes_.used; ++l) {
-        const auto cell = static_cast<std::size_t>(lanes_.illumination_cell[l]);
-        if (lanes_.real[l] == 1) __builtin_prefetch(pass_.illumination.sums + cell * moments, 1);
-      }
-    }
-    const bool absorbs =
-        !(component.albedo.x == 1.0f && component.albedo.y == 1.0f && component.albedo.z == 1.0f);
-    for (int l = 0; l < lanes_.used; ++l) {
-      if (lanes_.state[l] != Lanes::arrived) continue;
-      if (lanes_.real[l] != 1) {
-        if (++lanes_.virtual_particles[l] == most_virtual) leave(l, Flight::End::stalled);
-        continue;
-      }
-      ++audit_.real;
-      const Vec3f w = weight(l);
-      const Vec3f direction{lanes_.direction_x[l], lanes_.direction_y[l], lanes_.direction_z[l]};
-      if (scatters)
-        pass_.illumination.score(static_cast<std::size_t>(lanes_.illumination_cell[l]), direction,
-                                 w);
-      if (absorbs) {
-        const RandomStream random{pass_.seed, lanes_.index[l], Domain::photon};
-        Vec3f after = w;
-        if (!pass_.survive(0, component.albedo, random, lanes_.event[l], after)) {
-          lanes_.state[l] = Lanes::idle;
-          continue;
-        }
-        set_weight(l, after);
-      }
-      begin_flight(l);
-    }
-  }
-
-  /// A box with open sides has fewer super-voxels along a ray than most_crossings: flights stall
-  /// among virtual particles alone.
-  void leave(int l, Flight::End end) {
-    pass_.leave({end, virtual_particle, lanes_.face[l]}, weight(l));
-    lanes_.state[l] = Lanes::idle;
-  }
-
-  void begin_flight(int l) {
     lanes_.virtual_particles[l] = 0;
+    lanes_.state[l] = Lanes::walking;
+    count_flight();
+  }
+
+  /// What the minorant of component `c` left undecided.
+  void decide(int c) {
+    const auto& component = medium_.component(c);
+    const int audited = stages_.ask(lanes_, some_, c);
+    audit_.lookups += audited + some_.count;
+    for (int a = 0; a < audited; ++a) {
+      const int l = lanes_.listed[a];
+      LookupCount count;
+      const auto cell = static_cast<std::size_t>(lanes_.cell[l]);
+      lanes_.real[l] = is_real(grid_, c, component, cell, lanes_.v[l], position(l), count,
+                               Decision::audited);
+      audit_.octaves += count.octaves;
+      audit_.violations += count.violations;
+    }
+    if (const NoiseCloud* cloud = noise_cloud(component.field)) {
+      audit_.octaves +=
+          stages_.decide(some_, lanes_, *cloud, component.to_field, component.extinction);
+      return;
+    }
+    for (int m = 0; m < some_.count; ++m) {
+      int octaves = 0;
+      lanes_.real[some_.lane[m]] =
+          component.exceeds({some_.x[m], some_.y[m], some_.z[m]}, some_.v[m], octaves);
+    }
+  }
+
+  void collide() {
+    const int real = stages_.collided(lanes_);
+    audit_.real += real;
+    driver().before(real);
+    for (int r = 0; r < real; ++r) {
+      const int l = lanes_.listed[r];
+      if (driver().collide(l, lanes_.component[l])) {
+        count_flight();
+      } else {
+        lanes_.state[l] = Lanes::idle;
+      }
+    }
+    driver().after();
+  }
+
+  void count_flight() {
     ++audit_.flights;
     ++audit_.cells;
   }
+
+  Vec3f position(int l) const { return {lanes_.x[l], lanes_.y[l], lanes_.z[l]}; }
+  Vec3f direction(int l) const {
+    return {lanes_.direction_x[l], lanes_.direction_y[l], lanes_.direction_z[l]};
+  }
+
+  static const NoiseCloud* noise_cloud(const NoiseCloud& field) { return &field; }
+  static const NoiseCloud* noise_cloud(const AnyField& field) {
+    return field.kind == AnyField::Kind::noise_cloud ? &field.noise_cloud : nullptr;
+  }
+  template <class Field>
+  static const NoiseCloud* noise_cloud(const Field&) {
+    return nullptr;
+  }
+
+  Driver& driver() { return static_cast<Driver&>(*this); }
+
+  const Medium& medium_;
+  const MajorantGrid& grid_;
+  const std::uint64_t seed_;
+  const Domain domain_;
+  Account* const account_;
+  const LaneStages& stages_;
+  std::uint64_t next_ = 0, end_ = 0;
+  Audit audit_;
+  Lanes lanes_{};
+  Undecided some_{};
+};
+
+/// Photons: score, absorb, play roulette, scatter.
+template <class Medium>
+class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
+ public:
+  using Pass = ShootPass<Medium, SuperVoxel>;
+  using Base = Batch<PhotonBatch, Medium>;
+
+  PhotonBatch(const Pass& pass, const LaneStages& stages)
+      : Base(pass.medium, pass.seed, Pass::domain, pass.account, stages), pass_(pass) {}
+
+  bool begin(const RandomStream& random, Path& path, int l) {
+    Vec3f w;
+    if (!pass_.begin(random, path, w)) return false;
+    set_weight(l, w);
+    return true;
+  }
+
+  void leave(int l, const Flight& flight) { pass_.leave(flight, weight(l)); }
+
+  // Memory is asked for early: an atomic addition waits for its own alone.
+  void before(int real) {
+    this->stages_.locate(lanes_, pass_.illumination.cells);
+    const auto moments = static_cast<std::size_t>(pass_.illumination.cells.moments());
+    const std::int64_t* sums = pass_.illumination.sums;
+    for (int r = 0; r < real; ++r) {
+      const auto cell = static_cast<std::size_t>(lanes_.illumination_cell[lanes_.listed[r]]);
+      __builtin_prefetch(sums + cell * moments, 1);
+    }
+  }
+
+  bool collide(int l, int c) {
+    const auto& component = pass_.medium.component(c);
+    Vec3f w = weight(l);
+    if (component.scatters()) {
+      pass_.illumination.score(static_cast<std::size_t>(lanes_.illumination_cell[l]),
+                               this->direction(l), w);
+    }
+    if (component.albedo.x == 1.0f && component.albedo.y == 1.0f && component.albedo.z == 1.0f)
+      return true;
+    const RandomStream random{pass_.seed, lanes_.index[l], Pass::domain};
+    if (!pass_.survive(c, component.albedo, random, lanes_.event[l], w)) return false;
+    set_weight(l, w);
+    return true;
+  }
+
+  void after() {
+    for (int c = 0; c < pass_.medium.count(); ++c) {
+      const auto& component = pass_.medium.component(c);
+      if (component.scatters()) this->stages_.scatter(lanes_, c, component.phase);
+    }
+  }
+
+ private:
+  using Base::lanes_;
 
   Vec3f weight(int l) const { return {lanes_.weight_x[l], lanes_.weight_y[l], lanes_.weight_z[l]}; }
   void set_weight(int l, Vec3f w) {
@@ -207,18 +274,59 @@ class Batch {
   }
 
   const Pass& pass_;
-  const MajorantGrid& grid_;
-  std::uint64_t next_ = 0, end_ = 0;
-  Audit audit_;
-  Lanes lanes_;
-  Undecided some_;
+};
+
+/// Samples of the picture: one flight each.
+template <class Medium>
+class SampleBatch : public Batch<SampleBatch<Medium>, Medium> {
+ public:
+  using Pass = GatherPass<Medium, SuperVoxel>;
+  using Base = Batch<SampleBatch, Medium>;
+
+  SampleBatch(const Pass& pass, const LaneStages& stages)
+      : Base(pass.medium, pass.seed, Pass::domain, pass.account, stages), pass_(pass) {}
+
+  bool begin(const RandomStream& random, Path& path, int) { return pass_.begin(random, path); }
+  void leave(int l, const Flight&) { pass_.leave(this->lanes_.index[l]); }
+  void before(int) {}
+  bool collide(int l, int c) {
+    pass_.collide(this->lanes_.index[l], c, {this->position(l), this->direction(l)});
+    return false;
+  }
+  void after() {}
+
+ private:
+  const Pass& pass_;
 };
 
 }  // namespace
 
-void shoot_lanes(const ShootPass<SingleMedium<NoiseCloud>, SuperVoxel>& pass, std::uint64_t begin,
-                 std::uint64_t end, const Stop& stop) {
-  std::make_unique<Batch>(pass)->shoot(begin, end, stop);
+std::vector<std::string> instruction_sets() {
+  std::vector<std::string> names;
+  for (const LaneStages* stages : available_stages()) names.emplace_back(stages->name);
+  return names;
 }
+
+template <class Medium>
+void run_lanes(const ShootPass<Medium, SuperVoxel>& pass, std::uint64_t begin, std::uint64_t end,
+               const Stop& stop, const std::string& instruction_set) {
+  std::make_unique<PhotonBatch<Medium>>(pass, stages_named(instruction_set))->run(begin, end, stop);
+}
+
+template <class Medium>
+void run_lanes(const GatherPass<Medium, SuperVoxel>& pass, std::uint64_t begin, std::uint64_t end,
+               const Stop& stop, const std::string& instruction_set) {
+  std::make_unique<SampleBatch<Medium>>(pass, stages_named(instruction_set))->run(begin, end, stop);
+}
+
+#define TYNDALL_INSTANTIATE(Medium)                                                           \
+  template void run_lanes(const ShootPass<Medium, SuperVoxel>&, std::uint64_t, std::uint64_t, \
+                          const Stop&, const std::string&);                                   \
+  template void run_lanes(const GatherPass<Medium, SuperVoxel>&, std::uint64_t, std::uint64_t, \
+                          const Stop&, const std::string&);
+TYNDALL_INSTANTIATE(SingleMedium<Solid>)
+TYNDALL_INSTANTIATE(SingleMedium<NoiseCloud>)
+TYNDALL_INSTANTIATE(SingleMedium<DenseGrid>)
+TYNDALL_INSTANTIATE(MixedMedium)
 
 }  // namespace tyndall

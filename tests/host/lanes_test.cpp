@@ -40,7 +40,7 @@ Account expect_equal(const Scene& scene, std::uint64_t begin, std::uint64_t phot
     for (std::uint64_t i = begin; i < begin + photons; ++i) pass(i);
   });
   const Result lanes =
-      run(prepared, [&](const Pass& pass) { shoot_lanes(pass, begin, begin + photons); });
+      run(prepared, [&](const Pass& pass) { run_lanes(pass, begin, begin + photons); });
   EXPECT_EQ(lanes.illumination, plain.illumination);
   EXPECT_EQ(std::memcmp(&lanes.account, &plain.account, sizeof(Account)), 0);
   EXPECT_EQ(plain.account.ledger.shot, static_cast<std::int64_t>(photons));

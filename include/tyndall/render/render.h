@@ -64,8 +64,12 @@ std::uint64_t scene_hash(const Scene& scene);
 /// bit.
 inline constexpr int arithmetic_version = 1;
 
-/// The CPU backend; `threads` 0: one per hardware thread. Defined in src/host.
-std::unique_ptr<Backend> make_cpu_backend(int threads = 0);
+/// The CPU backend; `threads` 0: one per hardware thread. Results do not depend on
+/// `instruction_set`: one of instruction_sets(), the widest if empty. Defined in src/host.
+std::unique_ptr<Backend> make_cpu_backend(int threads = 0, const std::string& instruction_set = {});
+/// \return those that lanes of paths are compiled for and this processor has, the widest first:
+/// "v4" (AVX-512), "v3" (AVX2), "plain" (what the whole program is compiled for).
+std::vector<std::string> instruction_sets();
 
 /// One CUDA device; defined in cuda/. \throws Error(device) where there is none.
 std::unique_ptr<Backend> make_cuda_backend(int device = 0);

@@ -79,8 +79,10 @@ struct ShootPass {
   IlluminationTally illumination;
   Account* account;
 
+  static constexpr Domain domain = Domain::photon;
+
   TYN_HD void operator()(std::uint64_t index) const {
-    const RandomStream random{seed, index, Domain::photon};
+    const RandomStream random{seed, index, domain};
     Path path;
     Vec3f weight;
     if (!begin(random, path, weight)) return;
@@ -237,36 +239,54 @@ struct GatherPass {
   Film film;
   Account* account;
 
+  static constexpr Domain domain = Domain::pixel_sample;
+
   TYN_HD void operator()(std::uint64_t index) const {
-    const std::uint64_t pixel = index % film.pixel_count();
-    const RandomStream random{seed, index, Domain::pixel_sample};
+    const RandomStream random{seed, index, domain};
+    Path path;
+    if (!begin(random, path)) return;
+    Audit audit;
+    const Flight flight = sampler.fly(medium, path, random, audit);
+    if (flight.end == Flight::End::collided) {
+      collide(index, flight.component, path.ray);
+    } else {
+      leave(index);
+    }
+    deposit_audit(account->audit, audit);
+  }
+
+  // What becomes of a sample, for every driver.
+
+  /// \return false where the camera's ray misses the medium.
+  TYN_HD bool begin(const RandomStream& random, Path& path) const {
+    const std::uint64_t pixel = pixel_of(random.index);
     const RandomBlock first = random.block(0, Purpose::emission);
     const float column = static_cast<float>(pixel % static_cast<std::uint64_t>(film.width));
     const float row = static_cast<float>(pixel / static_cast<std::uint64_t>(film.width));
-    Path path{camera.ray((column + uniform(first.a)) / static_cast<float>(film.width),
-                         (row + uniform(first.b)) / static_cast<float>(film.height)),
-              exponential(first.d),
-              0,
-              {}};
-    Vec3f radiance = background;
-    bool hit = false;
-    if (enter(medium.whole.box, path.ray)) {
-      Audit audit;
-      const Flight flight = sampler.fly(medium, path, random, audit);
-      if (flight.end == Flight::End::collided) {
-        const auto& component = medium.component(flight.component);
-        const Vec3f towards = -1.0f * path.ray.direction;
-        hit = true;
-        radiance = {0, 0, 0};
-        if (component.scatters()) {
-          radiance =
-              component.albedo * illumination.scattered(path.ray.origin, towards, component.phase);
-        }
-      }
-      deposit_audit(account->audit, audit);
-    }
-    film.add(pixel, radiance, hit);
+    path = {camera.ray((column + uniform(first.a)) / static_cast<float>(film.width),
+                       (row + uniform(first.b)) / static_cast<float>(film.height)),
+            exponential(first.d),
+            0,
+            {}};
+    if (enter(medium.whole.box, path.ray)) return true;
+    leave(random.index);
+    return false;
   }
+
+  TYN_HD void leave(std::uint64_t index) const { film.add(pixel_of(index), background, false); }
+
+  /// \param ray starts at the collision.
+  TYN_HD void collide(std::uint64_t index, int which, const Ray& ray) const {
+    const auto& component = medium.component(which);
+    Vec3f radiance{0, 0, 0};
+    if (component.scatters()) {
+      radiance = component.albedo
+                 * illumination.scattered(ray.origin, -1.0f * ray.direction, component.phase);
+    }
+    film.add(pixel_of(index), radiance, true);
+  }
+
+  TYN_HD std::uint64_t pixel_of(std::uint64_t index) const { return index % film.pixel_count(); }
 };
 
 }  // namespace tyndall
