@@ -69,8 +69,8 @@ struct BodyBounds {
     return 2 * first * first + 2 * u * s.upper * (2 * du * ds + 2 * u * growth * s.upper * ds);
   }
 
-  /// Rounding of q beyond a share of q itself, at a point and at the samples together: where the
-  /// axis leans, its place is rounded, and X with it.
+  /// Rounding of q at a point, beyond a share of q itself: where the axis leans, its place is
+  /// rounded, and X with it.
   double leaning() const {
     const auto along = [&](Bounds u, double lean, double axis, double inverse_radius) {
       if (lean == 0.0) return 0.0;
@@ -133,9 +133,10 @@ class Samples {
   Samples(glm::dvec3 low, glm::dvec3 step, int n)
       : side_(n + 1), plane_(side_ * side_), sums_(static_cast<std::size_t>(plane_) * side_) {
     for (int axis = 0; axis < 3; ++axis) {
-      for (int i = 0; i <= n; ++i) at_[axis].push_back(low[axis] + step[axis] * i);
+      at_[axis].resize(side_);
+      for (int i = 0; i <= n; ++i) at_[axis][i] = low[axis] + step[axis] * i;
     }
-    for (Plane* p : {&a_, &b_}) p->value.resize(sums_.size()), p->slope_z.resize(sums_.size());
+    for (Plane* p : {&a_, &b_}) p->value.resize(plane_), p->slope_z.resize(plane_);
   }
 
   void add_octave(double frequency, double amplitude, std::uint32_t seed) {
@@ -186,9 +187,17 @@ class Samples {
     }
   }
 
+  /// Column by column, so that the compiler makes SIMD lanes of them.
   Bounds range() const {
-    const auto [low, high] = std::minmax_element(sums_.begin(), sums_.end());
-    return {*low, *high};
+    std::vector<double> low(sums_.begin(), sums_.begin() + plane_), high = low;
+    for (int k = 1; k < side_; ++k) {
+      const double* sum = &sums_[k * plane_];
+      for (int i = 0; i < plane_; ++i) {
+        low[i] = sum[i] < low[i] ? sum[i] : low[i];
+        high[i] = sum[i] > high[i] ? sum[i] : high[i];
+      }
+    }
+    return {*std::min_element(low.begin(), low.end()), *std::max_element(high.begin(), high.end())};
   }
 
  private:
@@ -222,8 +231,8 @@ class Samples {
 /// box with edges d_i a C2 function exceeds its corners by at most sum d_i^2/8 sup|d_ii|; octaves
 /// too fine for that count with their whole amplitude.
 Bounds shape_bounds(const NoiseCloud& f, const Region& r, int n) {
-  // The corners are rounded to doubles: the boxes are a little larger.
-  const glm::dvec3 rounding = 0x1p-50 * (glm::abs(r.center) + r.half);
+  // The corners are rounded to doubles: the boxes are a little larger, and reach beyond r.
+  const glm::dvec3 rounding = 0x1p-48 * (glm::abs(r.center) + r.half);
   const glm::dvec3 half = r.half + rounding, step = 2.0 * half / static_cast<double>(n);
   const glm::dvec3 edge = step + 2.0 * rounding;
   Samples samples(r.center - half, step, n);
@@ -274,18 +283,19 @@ Bounds density_bounds(const NoiseCloud& field, const Region& anywhere) {
   const glm::dvec3 low = on_lattice(anywhere.center - anywhere.half),
                    high = on_lattice(anywhere.center + anywhere.half);
   const Region region{0.5 * (low + high), 0.5 * (high - low)};
-  // Few samples decide the boxes far from the surface; the others get boxes of the size of the 8th
-  // octave's cells.
+  // Boxes of the size of the 8th octave's cells; but few samples decide the regions far from the
+  // surface.
   const double finest = 2.0 * std::max({region.half.x, region.half.y, region.half.z})
                         * std::ldexp(1.0, std::min(field.octaves, 8));
   const int most = static_cast<int>(std::clamp(std::ceil(finest), 1.0, double{most_boxes}));
   Bounds density{0, 1};
-  for (int n = 1;; n = std::min(3 * n, most)) {
+  for (const int n : {(most + 7) / 8, most}) {
     const Bounds s = double{field.contrast} * shape_bounds(field, region, n);
     density.lower = std::max(density.lower, std::clamp(s.lower, 0.0, 1.0));
     density.upper = std::min(density.upper, std::clamp(s.upper, 0.0, 1.0));
-    if (n == most || density.upper <= 0.0 || density.lower >= 1.0) return density;
+    if (n == most || density.upper <= 0.0 || density.lower >= 1.0) break;
   }
+  return density;
 }
 
 Bounds density_bounds(const DenseGrid& field, const Region& region) {

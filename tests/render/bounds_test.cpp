@@ -188,6 +188,85 @@ TEST(Bounds, hold_for_dense_grids_at_random) {
   }
 }
 
+// ---- Noise clouds against samples that are taken one by one
+
+/// Section 4 of docs/bounds.md in its plainest form: the noise at the corners of n x n x n boxes.
+Bounds of_plain_samples(const NoiseCloud& f, const Region& r, int n) {
+  const glm::dvec3 edge = 2.0 * r.half / static_cast<double>(n);
+  int sampled = 0;
+  double slack = 0, amplitude = 1, frequency = 2;
+  for (int k = 1; k <= f.octaves; ++k, amplitude *= f.gain, frequency *= 2) {
+    const double curvature =
+        noise_second_derivative / 8.0 * frequency * frequency * glm::dot(edge, edge);
+    if (curvature < noise_bound) sampled = k;
+    slack += amplitude * std::min(curvature, double{noise_bound});
+  }
+  double least = 1e300, most = -1e300;
+  for (int k = 0; k <= n; ++k) {
+    for (int j = 0; j <= n; ++j) {
+      for (int i = 0; i <= n; ++i) {
+        const Vec3f p = to_float(r.center - r.half + edge * glm::dvec3(i, j, k));
+        const double noise = fractal_noise(p, sampled, f.gain, f.seed);
+        least = std::min(least, noise), most = std::max(most, noise);
+      }
+    }
+  }
+  const auto density = [&](double noise) {
+    return std::clamp(f.contrast * (noise + f.coverage), 0.0, 1.0);
+  };
+  return {density(least - slack), density(most + slack)};
+}
+
+TEST(Bounds, of_noise_hold_and_are_as_close_as_those_of_plain_samples) {
+  Random random(7);
+  Report<NoiseCloud> report{};
+  for (int n = 0; n < 400; ++n) {
+    NoiseCloud& f = report.field;
+    f.octaves = 1 + n % 12;
+    f.gain = static_cast<float>(random(0.3, 0.8));
+    f.seed = random.word();
+    f.contrast = 0.15f;  // few are clamped
+    f.coverage = 3;
+    const double size = n % 20 == 0 ? 0.2 : std::pow(2.0, random(-9, -3.5));
+    const Region r{random.vector(-5, 5), 0.5 * size * random.vector(0.2, 1)};
+    const double longest = 2 * std::max({r.half.x, r.half.y, r.half.z});
+    const int boxes = static_cast<int>(std::ceil(longest * (1 << std::min(f.octaves, 8))));
+    const Bounds bounds = density_bounds(f, r), plain = of_plain_samples(f, r, boxes);
+    const double rounding = 1e-4 * f.contrast * (1 + f.coverage);
+    EXPECT_LE(bounds.upper, plain.upper + rounding) << n;
+    EXPECT_GE(bounds.lower, plain.lower - rounding) << n;
+    report.look(r, 3000, random);
+  }
+  EXPECT_EQ(report.outside, 0);
+}
+
+// Where the high octaves are faint the slack is small: a wrong sample shows.
+TEST(Bounds, of_smooth_noise_are_close_to_its_densities) {
+  Random random(8);
+  Report<NoiseCloud> report{};
+  Series above, below;
+  for (int n = 0; n < 300; ++n) {
+    NoiseCloud& f = report.field;
+    f.octaves = 8;
+    f.gain = 0.1f;
+    f.seed = random.word();
+    f.contrast = 0.5f;
+    f.coverage = 1;
+    const Region r{random.vector(-5, 5), 0.05 * random.vector(0.2, 1)};
+    const Bounds bounds = density_bounds(f, r);
+    double least = 1, most = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const double density = f.density(point_of(r, random));
+      least = std::min(least, density), most = std::max(most, density);
+    }
+    above.add(bounds.upper - most), below.add(least - bounds.lower);
+    report.look(r, 1000, random);
+  }
+  EXPECT_EQ(report.outside, 0);
+  EXPECT_LT(above.mean(), 2e-3);
+  EXPECT_LT(below.mean(), 2e-3);
+}
+
 // ---- Noise clouds where floats are coarse
 
 TEST(Bounds, hold_for_noise_far_from_the_origin_and_beyond_the_lattice) {
