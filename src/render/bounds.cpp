@@ -95,8 +95,9 @@ constexpr int most_boxes = 64;  ///< along an axis
 
 /// An axis of a grid of samples, as an octave sees it.
 struct Axis {
-  int cell[most_boxes + 1];  ///< of the lattice, that the sample is in
-  double place[most_boxes + 1], weight[most_boxes + 1];  ///< there, and faded
+  // For each sample: its cell of the lattice, its place in the cell, and that faded.
+  int cell[most_boxes + 1];
+  double place[most_boxes + 1], weight[most_boxes + 1];
 
   Axis(const std::vector<double>& at, double frequency) {
     for (std::size_t i = 0; i < at.size(); ++i) {
@@ -109,25 +110,25 @@ struct Axis {
 };
 
 /// Calls at(sample, near, far) for all samples along `axis`, where near and far are what
-/// fill(lattice line) made of the two lattice lines about the sample. Fills none twice.
+/// fill(lattice line) made of the two lattice lines about the sample. Fills none twice. Expects
+/// samples less than a cell apart.
 template <class Slice, class Fill, class At>
 void sweep(const Axis& axis, int samples, Slice& a, Slice& b, Fill&& fill, At&& at) {
   Slice *near = &a, *far = &b;
+  fill(axis.cell[0], *far);
   for (int i = 0; i < samples; ++i) {
-    const int line = axis.cell[i];
-    if (i == 0 || line != axis.cell[i - 1]) {
+    if (i == 0 || axis.cell[i] != axis.cell[i - 1]) {
       std::swap(near, far);
-      if (i == 0 || line != axis.cell[i - 1] + 1) fill(line, *near);
-      fill(line + 1, *far);
+      fill(axis.cell[i] + 1, *far);
     }
     at(i, *near, *far);
   }
 }
 
-/// Octaves and body, summed at the (n + 1)^3 points of a grid. Noise is a product of weights of x,
-/// of y and of z, times a linear function: it is interpolated along x on the lattice lines, from
-/// there along y on the lattice planes, from there along z, and only the last takes a step per
-/// sample. In double, where rounding does not matter.
+/// Octaves and body, summed at the (n + 1)^3 points of a grid. The weights of noise are products of
+/// one of x, one of y and one of z: it is interpolated along x on the lattice lines, from there
+/// along y on the lattice planes, from there along z; the hash is left to the lines. In double, so
+/// that rounding is left to the point that is bounded.
 class Samples {
  public:
   Samples(glm::dvec3 low, glm::dvec3 step, int n)
@@ -139,6 +140,7 @@ class Samples {
     for (Plane* p : {&a_, &b_}) p->value.resize(plane_), p->slope_z.resize(plane_);
   }
 
+  /// Expects samples less than a lattice cell apart.
   void add_octave(double frequency, double amplitude, std::uint32_t seed) {
     const Axis x(at_[0], frequency), y(at_[1], frequency), z(at_[2], frequency);
     const auto fill_plane = [&](int line_z, Plane& plane) {
@@ -151,8 +153,8 @@ class Samples {
         const double v = y.place[j], w = y.weight[j];
         double *value = &plane.value[j * side_], *slope_z = &plane.slope_z[j * side_];
         for (int i = 0; i < side_; ++i) {
-          value[i] = lerp(near.value[i] + v * near.slope_y[i],
-                          far.value[i] + (v - 1) * far.slope_y[i], w);
+          value[i] =
+              lerp(near.value[i] + v * near.slope_y[i], far.value[i] + (v - 1) * far.slope_y[i], w);
           slope_z[i] = lerp(near.slope_z[i], far.slope_z[i], w);
         }
       });
@@ -161,9 +163,9 @@ class Samples {
       const double v = z.place[k], w = z.weight[k];
       double* sum = &sums_[k * plane_];
       for (int i = 0; i < plane_; ++i) {
-        sum[i] += amplitude
-                  * lerp(near.value[i] + v * near.slope_z[i],
-                         far.value[i] + (v - 1) * far.slope_z[i], w);
+        sum[i] +=
+            amplitude
+            * lerp(near.value[i] + v * near.slope_z[i], far.value[i] + (v - 1) * far.slope_z[i], w);
       }
     });
   }
@@ -211,8 +213,7 @@ class Samples {
         const std::uint32_t near = lattice_hash(hash_x ^ hash_yz),
                             far = lattice_hash((hash_x + lattice_x) ^ hash_yz);
         const double u = x.place[i], w = x.weight[i];
-        value[i] =
-            lerp(u * gradient_dot(near, 1, 0, 0), (u - 1) * gradient_dot(far, 1, 0, 0), w);
+        value[i] = lerp(u * gradient_dot(near, 1, 0, 0), (u - 1) * gradient_dot(far, 1, 0, 0), w);
         slope_y[i] = lerp(gradient_dot(near, 0, 1, 0), gradient_dot(far, 0, 1, 0), w);
         slope_z[i] = lerp(gradient_dot(near, 0, 0, 1), gradient_dot(far, 0, 0, 1), w);
       }
