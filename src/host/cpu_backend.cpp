@@ -59,7 +59,9 @@ class CpuBackend final : public Backend {
                                         scene_->matter_scale,
                                         matter_.data()};
           parallel_for(cells.begin, cells.end, 64, threads_,
-                       [&](std::uint64_t begin, std::uint64_t end) { run(pass, begin, end); });
+                       [&](std::uint64_t begin, std::uint64_t end) {
+                         run_lanes(pass, begin, end, stop_, instruction_set_);
+                       });
         },
         scene_->medium);
   }
@@ -80,12 +82,12 @@ class CpuBackend final : public Backend {
 
   void gather(IndexRange samples) override {
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      run_walks(samples, GatherPass<Medium, Sampler>{
-                             medium, sampler, scene_->camera, field_, scene_->background,
-                             scene_->seed,
-                             Film{scene_->film_width, scene_->film_height, scene_->film_unit,
-                                  film_.pixels.data(), &film_.clamped},
-                             nullptr});
+      run_walks(samples,
+                GatherPass<Medium, Sampler>{
+                    medium, sampler, scene_->camera, field_, scene_->background, scene_->seed,
+                    Film{scene_->film_width, scene_->film_height, scene_->film_unit,
+                         film_.pixels.data(), &film_.clamped},
+                    nullptr});
     });
   }
 

@@ -284,6 +284,28 @@ template <Phase::Kind kind>
   }
 }
 
+[[gnu::flatten]] void extinction(MatterPoints& points, const NoiseCloud& f, const Affine& a,
+                                 float extinction) {
+  const NoiseCloud field = f;
+  const Affine to_field = a;
+  const int count = whole_registers(points.count);
+  for (int m = 0; m < count; ++m) points.noise[m] = 0.0f;
+  float amplitude = 1.0f, frequency = 1.0f;
+  for (int k = 1; k <= field.octaves; ++k) {
+    frequency = 2.0f * frequency;  // exact, as repeated doubling of the point
+    const std::uint32_t seed = octave_seed(field.seed, k);
+    for (int m = 0; m < count; ++m) {
+      const Vec3f p = NoiseCloud::on_lattice(to_field({points.x[m], points.y[m], points.z[m]}));
+      points.noise[m] = points.noise[m] + amplitude * gradient_noise(frequency * p, seed);
+    }
+    amplitude = amplitude * field.gain;
+  }
+  for (int m = 0; m < count; ++m) {
+    const Vec3f p = NoiseCloud::on_lattice(to_field({points.x[m], points.y[m], points.z[m]}));
+    points.sigma_t[m] = extinction * field.transfer(points.noise[m], field.shape(p));
+  }
+}
+
 #define TYNDALL_TEXT(name) #name
 #define TYNDALL_NAME(name) TYNDALL_TEXT(name)
 
@@ -299,6 +321,7 @@ const LaneStages stages{TYNDALL_NAME(TYNDALL_ISA),
                         collided,
                         locate,
                         scatter,
-                        go_on};
+                        go_on,
+                        extinction};
 
 }  // namespace tyndall::TYNDALL_ISA

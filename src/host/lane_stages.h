@@ -49,6 +49,14 @@ struct Undecided {
   int count = 0;
 };
 
+/// Points of the matter quadrature, and the extinction there.
+struct MatterPoints {
+  static constexpr int size = 512;
+  alignas(64) float x[size], y[size], z[size];
+  alignas(64) float noise[size], sigma_t[size];
+  int count = 0;
+};
+
 // ---- The stages, compiled for several instruction sets: TYNDALL_ISA names each.
 
 struct LaneStages {
@@ -75,6 +83,10 @@ struct LaneStages {
   void (*scatter)(Lanes& lanes, int component, const Phase& phase);
   /// Real collisions that did not end the path begin new flights, virtual ones fly on, or stall.
   void (*go_on)(Lanes& lanes, const MajorantGrid& grid);
+
+  /// As Component<NoiseCloud>::sigma_t, of all points.
+  void (*extinction)(MatterPoints& points, const NoiseCloud& field, const Affine& to_field,
+                     float extinction);
 };
 
 }  // namespace tyndall

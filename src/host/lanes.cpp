@@ -39,6 +39,16 @@ const LaneStages& stages_named(std::string_view name) {
   return *list.front();
 }
 
+/// The noise cloud that a field is, or null.
+const NoiseCloud* noise_cloud(const NoiseCloud& field) { return &field; }
+const NoiseCloud* noise_cloud(const AnyField& field) {
+  return field.kind == AnyField::Kind::noise_cloud ? &field.noise_cloud : nullptr;
+}
+template <class Field>
+const NoiseCloud* noise_cloud(const Field&) {
+  return nullptr;
+}
+
 /// Moves paths between the stages, and keeps their account. What begins a path, ends it, and
 /// happens at its collisions is the Driver's:
 ///   bool begin(RandomStream, Path&, int lane)   false where the path ends at once
@@ -146,8 +156,8 @@ class Batch {
       const int l = lanes_.listed[a];
       LookupCount count;
       const auto cell = static_cast<std::size_t>(lanes_.cell[l]);
-      lanes_.real[l] = is_real(grid_, c, component, cell, lanes_.v[l], position(l), count,
-                               Decision::audited);
+      lanes_.real[l] =
+          is_real(grid_, c, component, cell, lanes_.v[l], position(l), count, Decision::audited);
       audit_.octaves += count.octaves;
       audit_.violations += count.violations;
     }
@@ -186,15 +196,6 @@ class Batch {
   Vec3f position(int l) const { return {lanes_.x[l], lanes_.y[l], lanes_.z[l]}; }
   Vec3f direction(int l) const {
     return {lanes_.direction_x[l], lanes_.direction_y[l], lanes_.direction_z[l]};
-  }
-
-  static const NoiseCloud* noise_cloud(const NoiseCloud& field) { return &field; }
-  static const NoiseCloud* noise_cloud(const AnyField& field) {
-    return field.kind == AnyField::Kind::noise_cloud ? &field.noise_cloud : nullptr;
-  }
-  template <class Field>
-  static const NoiseCloud* noise_cloud(const Field&) {
-    return nullptr;
   }
 
   Driver& driver() { return static_cast<Driver&>(*this); }
@@ -299,6 +300,58 @@ class SampleBatch : public Batch<SampleBatch<Medium>, Medium> {
   const Pass& pass_;
 };
 
+/// The matter of cells, the points of each side by side.
+template <class Medium>
+class MatterBatch {
+ public:
+  using Pass = MatterPass<Medium>;
+
+  MatterBatch(const Pass& pass, const LaneStages& stages) : pass_(pass), stages_(stages) {}
+
+  void run(std::uint64_t begin, std::uint64_t end, const Stop& stop) {
+    for (std::uint64_t cell = begin; cell < end; ++cell) {
+      stop_if(stop);
+      pass_.matter[cell] =
+          pass_.total(cell, [this](std::uint64_t index, int n, std::uint32_t event) {
+            typename Pass::Measure all{0, 0};
+            for (int m = 0; m < n * n * n; ++m) {
+              const Vec3f p = pass_.point(index, n, event, m);
+              if (!pass_.may_have_matter(p)) continue;
+              points_.x[points_.count] = p.x;
+              points_.y[points_.count] = p.y;
+              points_.z[points_.count] = p.z;
+              if (++points_.count == MatterPoints::size) add_to(all);
+            }
+            add_to(all);
+            return all;
+          });
+    }
+  }
+
+ private:
+  void add_to(typename Pass::Measure& all) {
+    float sums[MatterPoints::size] = {};
+    for (int c = 0; c < pass_.medium.count(); ++c) {
+      const auto& component = pass_.medium.component(c);
+      if (!component.scatters()) continue;
+      if (const NoiseCloud* cloud = noise_cloud(component.field)) {
+        stages_.extinction(points_, *cloud, component.to_field, component.extinction);
+      } else {
+        for (int m = 0; m < points_.count; ++m)
+          points_.sigma_t[m] = component.sigma_t({points_.x[m], points_.y[m], points_.z[m]});
+      }
+      for (int m = 0; m < points_.count; ++m)
+        if (points_.sigma_t[m] > pass_.least()) sums[m] = sums[m] + points_.sigma_t[m];
+    }
+    for (int m = 0; m < points_.count; ++m) all.add(pass_.to_units(sums[m]));
+    points_.count = 0;
+  }
+
+  const Pass& pass_;
+  const LaneStages& stages_;
+  MatterPoints points_{};
+};
+
 }  // namespace
 
 std::vector<std::string> instruction_sets() {
@@ -319,11 +372,19 @@ void run_lanes(const GatherPass<Medium, SuperVoxel>& pass, std::uint64_t begin, 
   std::make_unique<SampleBatch<Medium>>(pass, stages_named(instruction_set))->run(begin, end, stop);
 }
 
-#define TYNDALL_INSTANTIATE(Medium)                                                           \
-  template void run_lanes(const ShootPass<Medium, SuperVoxel>&, std::uint64_t, std::uint64_t, \
-                          const Stop&, const std::string&);                                   \
-  template void run_lanes(const GatherPass<Medium, SuperVoxel>&, std::uint64_t, std::uint64_t, \
-                          const Stop&, const std::string&);
+template <class Medium>
+void run_lanes(const MatterPass<Medium>& pass, std::uint64_t begin, std::uint64_t end,
+               const Stop& stop, const std::string& instruction_set) {
+  std::make_unique<MatterBatch<Medium>>(pass, stages_named(instruction_set))->run(begin, end, stop);
+}
+
+#define TYNDALL_INSTANTIATE(Medium)                                                             \
+  template void run_lanes(const ShootPass<Medium, SuperVoxel>&, std::uint64_t, std::uint64_t,   \
+                          const Stop&, const std::string&);                                     \
+  template void run_lanes(const GatherPass<Medium, SuperVoxel>&, std::uint64_t, std::uint64_t,  \
+                          const Stop&, const std::string&);                                     \
+  template void run_lanes(const MatterPass<Medium>&, std::uint64_t, std::uint64_t, const Stop&, \
+                          const std::string&);
 TYNDALL_INSTANTIATE(SingleMedium<Solid>)
 TYNDALL_INSTANTIATE(SingleMedium<NoiseCloud>)
 TYNDALL_INSTANTIATE(SingleMedium<DenseGrid>)

@@ -12,13 +12,17 @@
 
 namespace tyndall {
 
-/// Calls pass(index) for [begin, end), in a box with open sides. \param instruction_set see
+/// Calls pass(index) for [begin, end). Walks: in a box with open sides. \param instruction_set see
 /// make_cpu_backend(). \throws Stopped
 template <class Medium>
 void run_lanes(const ShootPass<Medium, SuperVoxel>& pass, std::uint64_t begin, std::uint64_t end,
                const Stop& stop = {}, const std::string& instruction_set = {});
 template <class Medium>
 void run_lanes(const GatherPass<Medium, SuperVoxel>& pass, std::uint64_t begin, std::uint64_t end,
+               const Stop& stop = {}, const std::string& instruction_set = {});
+
+template <class Medium>
+void run_lanes(const MatterPass<Medium>& pass, std::uint64_t begin, std::uint64_t end,
                const Stop& stop = {}, const std::string& instruction_set = {});
 
 }  // namespace tyndall

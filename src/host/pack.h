@@ -38,10 +38,10 @@ template <class... Columns>
   int packed = 0;
 #if defined(__AVX512F__)
   for (int m = 0; m < count; m += 16) {
-    const __mmask16 valid = static_cast<__mmask16>(count - m < 16 ? (1u << (count - m)) - 1u
-                                                                  : 0xffffu);
-    const __mmask16 mask = _mm512_mask_test_epi32_mask(
-        valid, _mm512_loadu_si512(stays + m), _mm512_set1_epi32(-1));
+    const __mmask16 valid =
+        static_cast<__mmask16>(count - m < 16 ? (1u << (count - m)) - 1u : 0xffffu);
+    const __mmask16 mask =
+        _mm512_mask_test_epi32_mask(valid, _mm512_loadu_si512(stays + m), _mm512_set1_epi32(-1));
     const auto move = [&](const Column& c) {
       _mm512_storeu_si512(
           static_cast<std::int32_t*>(c.to) + packed,
@@ -56,8 +56,7 @@ template <class... Columns>
     const auto at = [m](const void* p) {
       return reinterpret_cast<const __m256i*>(static_cast<const std::int32_t*>(p) + m);
     };
-    const __m256i goes =
-        _mm256_cmpeq_epi32(_mm256_loadu_si256(at(stays)), _mm256_setzero_si256());
+    const __m256i goes = _mm256_cmpeq_epi32(_mm256_loadu_si256(at(stays)), _mm256_setzero_si256());
     const unsigned valid = count - m < 8 ? (1u << (count - m)) - 1u : 0xffu;
     const unsigned mask =
         ~static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(goes))) & valid;
@@ -66,9 +65,8 @@ template <class... Columns>
     const std::uint64_t order = _pext_u64(0x0706050403020100u, bytes);
     const __m256i lanes = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(order)));
     const auto move = [&](const Column& c) {
-      _mm256_storeu_si256(
-          reinterpret_cast<__m256i*>(static_cast<std::int32_t*>(c.to) + packed),
-          _mm256_permutevar8x32_epi32(_mm256_loadu_si256(at(c.from)), lanes));
+      _mm256_storeu_si256(reinterpret_cast<__m256i*>(static_cast<std::int32_t*>(c.to) + packed),
+                          _mm256_permutevar8x32_epi32(_mm256_loadu_si256(at(c.from)), lanes));
     };
     (move(Column(columns)), ...);
     packed += __builtin_popcount(mask);

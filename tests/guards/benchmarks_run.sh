@@ -6,6 +6,6 @@ if [[ ! -x $micro ]]; then
   echo "SKIPPED: built without Google Benchmark"
   exit 77
 fi
-rows=$("$micro" --benchmark_min_time=0.001 --benchmark_format=csv 2>/dev/null | grep -c '^"')
+rows=$("$micro" --benchmark_min_time=0.001 --benchmark_format=json 2>/dev/null | grep -c '"run_type"')
 ((rows == $("$micro" --benchmark_list_tests | wc -l)))
 echo "$rows micro-benchmarks run"

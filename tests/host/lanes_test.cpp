@@ -1,5 +1,5 @@
 /// \file
-/// Photons side by side leave what photons one by one leave, bit for bit.
+/// Paths side by side leave what paths one by one leave, bit for bit, in every instruction set.
 #include "host/lanes.h"
 
 #include <gtest/gtest.h>
@@ -7,45 +7,85 @@
 #include <cstring>
 
 #include "support/scenes.h"
+#include "tyndall/render/render.h"
 
 namespace tyndall::test {
 namespace {
 
-using Pass = ShootPass<SingleMedium<NoiseCloud>, SuperVoxel>;
-
 struct Result {
-  Account account;
-  std::vector<std::int64_t> illumination;
+  Account shot, gathered;
+  std::vector<std::int64_t> illumination, matter;
+  std::vector<PixelTally> pixels;
 };
 
-template <class Shoot>
-Result run(const PreparedScene& scene, Shoot&& shoot) {
+/// Photons [begin, end), the matter of all cells, and 2 samples of each pixel of the picture.
+/// \param call (pass, begin, end) -> void
+template <class Medium, class Call>
+Result run(const PreparedScene& scene, const Medium& medium, std::uint64_t begin, std::uint64_t end,
+           Call&& call) {
   Result result;
   result.illumination.assign(scene.cells.count() * static_cast<std::size_t>(scene.cells.moments()),
                              0);
-  shoot(Pass{std::get<SingleMedium<NoiseCloud>>(scene.medium),
-             {},
-             {scene.emitters.data(), static_cast<int>(scene.emitters.size())},
-             scene.seed,
-             {scene.cells, result.illumination.data()},
-             &result.account});
+  const IlluminationTally tally{scene.cells, result.illumination.data()};
+  call(ShootPass<Medium, SuperVoxel>{medium,
+                                     {},
+                                     {scene.emitters.data(),
+                                      static_cast<int>(scene.emitters.size())},
+                                     scene.seed,
+                                     tally,
+                                     &result.shot},
+       begin, end);
+  result.matter.assign(scene.cells.count(), 0);
+  call(MatterPass<Medium>{medium, scene.seed, tally, scene.cell_size, scene.strata,
+                          scene.matter_scale, result.matter.data()},
+       0, scene.cells.count());
+  const std::vector<float> numerator(result.illumination.begin(), result.illumination.end()),
+      denominator(result.matter.begin(), result.matter.end());
+  result.pixels.resize(static_cast<std::size_t>(scene.film_width * scene.film_height));
+  std::int64_t clamped = 0;
+  const Film film{scene.film_width, scene.film_height, scene.film_unit, result.pixels.data(),
+                  &clamped};
+  call(GatherPass<Medium, SuperVoxel>{medium,
+                                      {},
+                                      scene.camera,
+                                      {scene.cells, numerator.data(), denominator.data()},
+                                      scene.background,
+                                      scene.seed,
+                                      film,
+                                      &result.gathered},
+       0, 2 * film.pixel_count());
   return result;
 }
 
 /// \param photons more than there are lanes, or fewer, from `begin` on.
-/// \return what both left.
+/// \return what each instruction set left, and single paths.
 Account expect_equal(const Scene& scene, std::uint64_t begin, std::uint64_t photons) {
   const PreparedScene prepared = prepare(scene, 0);
-  const Result plain = run(prepared, [&](const Pass& pass) {
-    for (std::uint64_t i = begin; i < begin + photons; ++i) pass(i);
-  });
-  const Result lanes =
-      run(prepared, [&](const Pass& pass) { run_lanes(pass, begin, begin + photons); });
-  EXPECT_EQ(lanes.illumination, plain.illumination);
-  EXPECT_EQ(std::memcmp(&lanes.account, &plain.account, sizeof(Account)), 0);
-  EXPECT_EQ(plain.account.ledger.shot, static_cast<std::int64_t>(photons));
-  EXPECT_GT(plain.account.audit.octaves, 0);
-  return plain.account;
+  return std::visit(
+      [&](const auto& medium) {
+        const Result plain = run(prepared, medium, begin, begin + photons,
+                                 [](const auto& pass, std::uint64_t first, std::uint64_t last) {
+                                   for (std::uint64_t i = first; i < last; ++i) pass(i);
+                                 });
+        for (const std::string& isa : instruction_sets()) {
+          SCOPED_TRACE(isa);
+          const Result lanes = run(prepared, medium, begin, begin + photons,
+                                   [&](const auto& pass, std::uint64_t first, std::uint64_t last) {
+                                     run_lanes(pass, first, last, {}, isa);
+                                   });
+          EXPECT_EQ(lanes.illumination, plain.illumination);
+          EXPECT_EQ(lanes.matter, plain.matter);
+          EXPECT_EQ(std::memcmp(lanes.pixels.data(), plain.pixels.data(),
+                                plain.pixels.size() * sizeof(PixelTally)),
+                    0);
+          EXPECT_EQ(std::memcmp(&lanes.shot, &plain.shot, sizeof(Account)), 0);
+          EXPECT_EQ(std::memcmp(&lanes.gathered, &plain.gathered, sizeof(Account)), 0);
+        }
+        EXPECT_EQ(plain.shot.ledger.shot, static_cast<std::int64_t>(photons));
+        EXPECT_GT(plain.gathered.audit.flights, 0);
+        return plain.shot;
+      },
+      prepared.medium);
 }
 
 Scene lit(scene::Component c) {
@@ -74,9 +114,26 @@ TEST(Lanes, keep_the_account_of_coloured_light_that_misses_is_absorbed_and_escap
   expect_equal(scene, 0, 2000);
 }
 
+TEST(Lanes, know_media_of_several_components_and_fields) {
+  Scene scene = lit(component(low_variation(7), 30, 0.9, scene::HenyeyGreensteinPhase{0.6}));
+  scene.medium.components.push_back(
+      component(scene::Solid{scene::Sphere{{0.5, 0.4, 0.5}, 0.2}}, 200, 0));
+  scene.medium.components.push_back(component(high_variation(9), 40, 1));
+  const Account account = expect_equal(scene, 0, 3000);
+  EXPECT_GT(account.ledger.absorbed_power[0][0] + account.ledger.absorbed_power[1][0]
+                + account.ledger.absorbed_power[2][0],
+            0);
+  expect_equal(lit(component(scene::Solid{scene::Sphere{{0.5, 0.4, 0.5}, 0.3}}, 20)), 0, 1000);
+  scene::DenseGrid grid;
+  grid.size = {2, 3, 2};
+  grid.values = {0, 0.3f, 1.5f, 0.1f, 0.7f, 0, 0.2f, 2, 0.4f, 0.9f, 0, 0.6f};
+  expect_equal(lit(component(grid, 10, 0.95)), 0, 1000);
+}
+
 TEST(Lanes, give_up_where_single_photons_do) {
   Scene scene = lit(component(low_variation(4), 1e11, 0.5));
   scene.medium.majorant_resolution = {1, 1, 1};
+  scene.camera.resolution = {1, 1};  // each sample takes as long as the photon
   EXPECT_EQ(expect_equal(scene, 0, 1).ledger.stalled, 1);
 }
 

@@ -169,60 +169,75 @@ struct MatterPass {
                 ///< [length]
   std::int64_t* matter;  ///< [cells] sum over (2 strata)^3 points, times scale
 
-  // A first look says how many points are needed. It is no part of the measure, which would be
-  // biased by it.
   TYN_HD void operator()(std::uint64_t index) const {
-    const bool is_thin = illumination.is_lit(index) && measure(index, 2, 0).hits < 4;
-    matter[index] = is_thin ? measure(index, 2 * strata, 1).sum : 8 * measure(index, strata, 2).sum;
+    matter[index] = total(index, [this](std::uint64_t cell, int n, std::uint32_t event) {
+      Measure all{0, 0};
+      for (int m = 0; m < n * n * n; ++m) {
+        const Vec3f p = point(cell, n, event, m);
+        if (may_have_matter(p)) all.add(to_units(scattering_sigma_t(p)));
+      }
+      return all;
+    });
   }
 
- private:
+  // The parts, for every driver.
+
   struct Measure {
     std::int64_t sum;
     int hits;  // points in matter
+
+    TYN_HD void add(std::int64_t here) {
+      sum += here;
+      hits += here > 0 ? 1 : 0;
+    }
   };
 
-  /// At n x n x n points; another `event`, other points.
-  TYN_HD Measure measure(std::uint64_t index, int n, std::uint32_t event) const {
+  /// \param measure (cell, n, event) -> Measure at n x n x n points; another `event`, other points.
+  /// A first look says how many points are needed. It is no part of the result, which would be
+  /// biased by it.
+  template <class MeasureCell>
+  TYN_HD std::int64_t total(std::uint64_t index, MeasureCell&& measure) const {
+    const bool is_thin = illumination.is_lit(index) && measure(index, 2, 0u).hits < 4;
+    return is_thin ? measure(index, 2 * strata, 1u).sum : 8 * measure(index, strata, 2u).sum;
+  }
+
+  /// Point `m` of n x n x n in cell `index`.
+  TYN_HD Vec3f point(std::uint64_t index, int n, std::uint32_t event, int m) const {
     const IlluminationCells& cells = illumination.cells;
     const int i = static_cast<int>(index % static_cast<std::uint64_t>(cells.nx));
     const int j = static_cast<int>(index / static_cast<std::uint64_t>(cells.nx)
                                    % static_cast<std::uint64_t>(cells.ny));
     const int k = static_cast<int>(
         index / (static_cast<std::uint64_t>(cells.nx) * static_cast<std::uint64_t>(cells.ny)));
+    const int a = m % n, b = m / n % n, c = m / (n * n);
     const float inverse = 1.0f / static_cast<float>(n);
-    Measure all{0, 0};
-    std::uint64_t point = index * static_cast<std::uint64_t>(n * n * n);
-    for (int c = 0; c < n; ++c) {
-      for (int b = 0; b < n; ++b) {
-        for (int a = 0; a < n; ++a, ++point) {
-          const RandomBlock r =
-              RandomStream{seed, point, Domain::matter}.block(event, Purpose::emission);
-          const Vec3f p =
-              cell_size
-              * Vec3f{static_cast<float>(i) + (static_cast<float>(a) + uniform(r.a)) * inverse,
-                      static_cast<float>(j) + (static_cast<float>(b) + uniform(r.b)) * inverse,
-                      static_cast<float>(k) + (static_cast<float>(c) + uniform(r.c)) * inverse};
-          const std::int64_t here = matter_at(p);
-          all.sum += here;
-          all.hits += here > 0 ? 1 : 0;
-        }
-      }
-    }
-    return all;
+    const std::uint64_t stream =
+        index * static_cast<std::uint64_t>(n * n * n) + static_cast<std::uint64_t>(m);
+    const RandomBlock r =
+        RandomStream{seed, stream, Domain::matter}.block(event, Purpose::emission);
+    return cell_size
+           * Vec3f{static_cast<float>(i) + (static_cast<float>(a) + uniform(r.a)) * inverse,
+                   static_cast<float>(j) + (static_cast<float>(b) + uniform(r.b)) * inverse,
+                   static_cast<float>(k) + (static_cast<float>(c) + uniform(r.c)) * inverse};
   }
 
-  TYN_HD std::int64_t matter_at(Vec3f p) const {
-    if (medium.super_voxels.total[medium.super_voxels.cell_of(p)] == 0.0f) return 0;
-    const float least = 0.25f / scale;  // less rounds to 0, which few octaves may show
+  TYN_HD bool may_have_matter(Vec3f p) const {
+    return medium.super_voxels.total[medium.super_voxels.cell_of(p)] > 0.0f;
+  }
+  /// Less rounds to 0, which few octaves may show.
+  TYN_HD float least() const { return 0.25f / scale; }
+  TYN_HD std::int64_t to_units(float sigma_t) const { return round_to_integer(sigma_t * scale); }
+
+ private:
+  TYN_HD float scattering_sigma_t(Vec3f p) const {
     float sigma_t = 0.0f;
     int octaves = 0;
     for (int c = 0; c < medium.count(); ++c) {
       const auto& component = medium.component(c);
-      if (component.scatters() && component.exceeds(p, least, octaves))
+      if (component.scatters() && component.exceeds(p, least(), octaves))
         sigma_t = sigma_t + component.sigma_t(p);
     }
-    return round_to_integer(sigma_t * scale);
+    return sigma_t;
   }
 };
 
