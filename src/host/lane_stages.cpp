@@ -168,23 +168,37 @@ inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place)
   const NoiseCloud field = f;
   const Affine to_field = a;
   const float total = fractal_noise_bound(field.octaves, field.gain);
+  const NoiseTable table = field.table;
   for (int m = 0; m < whole_registers(u.count); ++m) {
     const Vec3f p = NoiseCloud::on_lattice(to_field({u.x[m], u.y[m], u.z[m]}));
     const float body = field.shape(p);
-    const float undone = field.threshold(extinction, u.v[m], body);
-    const float threshold = u.v[m] >= extinction ? largest_float : undone;
+    const float threshold = field.threshold(extinction, u.v[m], body);
     const float rest = NoiseCloud::widened(total, body, threshold);
-    const bool open = !(abs(threshold) > rest);
+    const std::int32_t may = u.v[m] < extinction ? 1 : 0;
+    const std::int32_t far = abs(threshold) > rest ? 1 : 0, below = threshold < 0.0f ? 1 : 0;
     u.x[m] = p.x;
     u.y[m] = p.y;
     u.z[m] = p.z;
     u.threshold[m] = threshold;
     u.rest[m] = rest;
     u.noise[m] = 0.0f;
-    u.open[m] = open ? 1 : 0;
-    u.real[m] = !open & (0.0f > threshold) ? 1 : 0;
+    u.open[m] = may & ~far;
+    u.real[m] = may & far & below;
   }
   settle(u, s);
+  if (table.values) {
+    INDEPENDENT
+    for (int m = 0; m < whole_registers(u.count); ++m) {
+      const Vec3f p{u.x[m], u.y[m], u.z[m]};
+      float noise;
+      const bool found = table.look_up(p, noise);
+      const float rest = NoiseCloud::widened(table.half, field.shape(p), u.threshold[m]);
+      const bool decided = found & (abs(noise - u.threshold[m]) > rest);
+      u.open[m] = decided ? 0 : 1;
+      u.real[m] = decided & (noise > u.threshold[m]) ? 1 : 0;
+    }
+    settle(u, s);
+  }
   std::int64_t octaves = 0;
   float amplitude = 1.0f;
   for (int k = 1; k <= field.octaves && u.count > 0; ++k) {

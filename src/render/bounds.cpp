@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 #include <vector>
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+
+#include "render/noise_samples.h"
 
 namespace tyndall {
 namespace {
@@ -88,145 +89,20 @@ struct BodyBounds {
   bool smooth;  ///< the radius does not reach its smallest within the region
 };
 
-double fade(double t) { return t * t * t * (t * (t * 6 - 15) + 10); }
-double lerp(double a, double b, double t) { return a + t * (b - a); }
-
-constexpr int most_boxes = 64;  ///< along an axis
-
-/// An axis of a grid of samples, as an octave sees it.
-struct Axis {
-  // For each sample: its cell of the lattice, its place in the cell, and that faded.
-  int cell[most_boxes + 1];
-  double place[most_boxes + 1], weight[most_boxes + 1];
-
-  Axis(const std::vector<double>& at, double frequency) {
-    for (std::size_t i = 0; i < at.size(); ++i) {
-      const double p = frequency * at[i], line = std::floor(p);
-      cell[i] = static_cast<int>(line);
-      place[i] = p - line;
-      weight[i] = fade(place[i]);
+/// Column by column, so that the compiler makes SIMD lanes of them.
+Bounds range(const NoiseSamples& samples) {
+  const std::vector<double>& sums = samples.sums();
+  const int side = samples.side(), plane = side * side;
+  std::vector<double> low(sums.begin(), sums.begin() + plane), high = low;
+  for (int k = 1; k < side; ++k) {
+    const double* sum = &sums[k * plane];
+    for (int i = 0; i < plane; ++i) {
+      low[i] = sum[i] < low[i] ? sum[i] : low[i];
+      high[i] = sum[i] > high[i] ? sum[i] : high[i];
     }
   }
-};
-
-/// Calls at(sample, near, far) for all samples along `axis`, where near and far are what
-/// fill(lattice line) made of the two lattice lines about the sample. Fills none twice. Expects
-/// samples less than a cell apart.
-template <class Slice, class Fill, class At>
-void sweep(const Axis& axis, int samples, Slice& a, Slice& b, Fill&& fill, At&& at) {
-  Slice *near = &a, *far = &b;
-  fill(axis.cell[0], *far);
-  for (int i = 0; i < samples; ++i) {
-    if (i == 0 || axis.cell[i] != axis.cell[i - 1]) {
-      std::swap(near, far);
-      fill(axis.cell[i] + 1, *far);
-    }
-    at(i, *near, *far);
-  }
+  return {*std::min_element(low.begin(), low.end()), *std::max_element(high.begin(), high.end())};
 }
-
-/// Octaves and body, summed at the (n + 1)^3 points of a grid. The weights of noise are products of
-/// one of x, one of y and one of z: it is interpolated along x on the lattice lines, from there
-/// along y on the lattice planes, from there along z; the hash is left to the lines. In double, so
-/// that rounding is left to the point that is bounded.
-class Samples {
- public:
-  Samples(glm::dvec3 low, glm::dvec3 step, int n)
-      : side_(n + 1), plane_(side_ * side_), sums_(static_cast<std::size_t>(plane_) * side_) {
-    for (int axis = 0; axis < 3; ++axis) {
-      at_[axis].resize(side_);
-      for (int i = 0; i <= n; ++i) at_[axis][i] = low[axis] + step[axis] * i;
-    }
-    for (Plane* p : {&a_, &b_}) p->value.resize(plane_), p->slope_z.resize(plane_);
-  }
-
-  /// Expects samples less than a lattice cell apart.
-  void add_octave(double frequency, double amplitude, std::uint32_t seed) {
-    const Axis x(at_[0], frequency), y(at_[1], frequency), z(at_[2], frequency);
-    const auto fill_plane = [&](int line_z, Plane& plane) {
-      const std::uint32_t hash_z = static_cast<std::uint32_t>(line_z) * lattice_z ^ seed;
-      const auto fill_line = [&](int line_y, Line& line) {
-        line.fill(x, side_, static_cast<std::uint32_t>(line_y) * lattice_y ^ hash_z);
-      };
-      Line a, b;
-      sweep(y, side_, a, b, fill_line, [&](int j, const Line& near, const Line& far) {
-        const double v = y.place[j], w = y.weight[j];
-        double *value = &plane.value[j * side_], *slope_z = &plane.slope_z[j * side_];
-        for (int i = 0; i < side_; ++i) {
-          value[i] =
-              lerp(near.value[i] + v * near.slope_y[i], far.value[i] + (v - 1) * far.slope_y[i], w);
-          slope_z[i] = lerp(near.slope_z[i], far.slope_z[i], w);
-        }
-      });
-    };
-    sweep(z, side_, a_, b_, fill_plane, [&](int k, const Plane& near, const Plane& far) {
-      const double v = z.place[k], w = z.weight[k];
-      double* sum = &sums_[k * plane_];
-      for (int i = 0; i < plane_; ++i) {
-        sum[i] +=
-            amplitude
-            * lerp(near.value[i] + v * near.slope_z[i], far.value[i] + (v - 1) * far.slope_z[i], w);
-      }
-    });
-  }
-
-  void add_body(const NoiseCloud& f) {
-    const auto square = [](double x) { return x * x; };
-    std::vector<double> along_x(side_);
-    for (int j = 0; j < side_; ++j) {
-      const double height = at_[1][j] - f.center.y;
-      const double s = 1 / std::max(1 + f.growth * height, double{NoiseCloud::smallest_growth});
-      const double axis_x = f.center.x + f.lean_x * height, axis_z = f.center.z + f.lean_z * height;
-      for (int i = 0; i < side_; ++i)
-        along_x[i] = f.falloff * square((at_[0][i] - axis_x) * f.inverse_radii.x * s);
-      for (int k = 0; k < side_; ++k) {
-        const double along_yz = f.falloff
-                                * (square(height * f.inverse_radii.y)
-                                   + square((at_[2][k] - axis_z) * f.inverse_radii.z * s));
-        double* sum = &sums_[k * plane_ + j * side_];
-        for (int i = 0; i < side_; ++i) sum[i] -= along_x[i] + along_yz;
-      }
-    }
-  }
-
-  /// Column by column, so that the compiler makes SIMD lanes of them.
-  Bounds range() const {
-    std::vector<double> low(sums_.begin(), sums_.begin() + plane_), high = low;
-    for (int k = 1; k < side_; ++k) {
-      const double* sum = &sums_[k * plane_];
-      for (int i = 0; i < plane_; ++i) {
-        low[i] = sum[i] < low[i] ? sum[i] : low[i];
-        high[i] = sum[i] > high[i] ? sum[i] : high[i];
-      }
-    }
-    return {*std::min_element(low.begin(), low.end()), *std::max_element(high.begin(), high.end())};
-  }
-
- private:
-  /// Noise at (y, z) beside a lattice line: value + slope_y (y - line's) + slope_z (z - line's).
-  struct Line {
-    double value[most_boxes + 1], slope_y[most_boxes + 1], slope_z[most_boxes + 1];
-
-    void fill(const Axis& x, int samples, std::uint32_t hash_yz) {
-      for (int i = 0; i < samples; ++i) {
-        const std::uint32_t hash_x = static_cast<std::uint32_t>(x.cell[i]) * lattice_x;
-        const std::uint32_t near = lattice_hash(hash_x ^ hash_yz),
-                            far = lattice_hash((hash_x + lattice_x) ^ hash_yz);
-        const double u = x.place[i], w = x.weight[i];
-        value[i] = lerp(u * gradient_dot(near, 1, 0, 0), (u - 1) * gradient_dot(far, 1, 0, 0), w);
-        slope_y[i] = lerp(gradient_dot(near, 0, 1, 0), gradient_dot(far, 0, 1, 0), w);
-        slope_z[i] = lerp(gradient_dot(near, 0, 0, 1), gradient_dot(far, 0, 0, 1), w);
-      }
-    }
-  };
-  struct Plane {
-    std::vector<double> value, slope_z;
-  };
-
-  int side_, plane_;
-  std::vector<double> at_[3], sums_;  ///< x fastest
-  Plane a_, b_;
-};
 
 /// Bounds of noise sum plus shape over `r`, from samples at the corners of n x n x n boxes. On a
 /// box with edges d_i a C2 function exceeds its corners by at most sum d_i^2/8 sup|d_ii|; octaves
@@ -236,16 +112,8 @@ Bounds shape_bounds(const NoiseCloud& f, const Region& r, int n) {
   const glm::dvec3 rounding = 0x1p-48 * (glm::abs(r.center) + r.half);
   const glm::dvec3 half = r.half + rounding, step = 2.0 * half / static_cast<double>(n);
   const glm::dvec3 edge = step + 2.0 * rounding;
-  Samples samples(r.center - half, step, n);
-  bool sampled = true;
-  double slack = 0.0, amplitude = 1.0, frequency = 2.0;
-  for (int k = 1; k <= f.octaves; ++k, amplitude *= f.gain, frequency *= 2.0) {
-    const double curvature =
-        noise_second_derivative / 8.0 * frequency * frequency * glm::dot(edge, edge);
-    sampled = sampled && curvature < noise_bound;
-    if (sampled) samples.add_octave(frequency, amplitude, octave_seed(f.seed, k));
-    slack += amplitude * (sampled ? curvature + noise_rounding : double{noise_bound});
-  }
+  NoiseSamples samples(r.center - half, step, n);
+  const double slack = samples.add_octaves(f, edge);
   const BodyBounds body(f, {r.center, half + rounding});
   const Bounds fall = -double{f.falloff} * body.relative_distance_squared();
   Bounds all{f.coverage - slack, f.coverage + slack};
@@ -256,7 +124,7 @@ Bounds shape_bounds(const NoiseCloud& f, const Region& r, int n) {
   } else {
     all = all + fall;
   }
-  all = all + samples.range();
+  all = all + range(samples);
   const double rounded = noise_rounding * (1.0 + std::abs(f.coverage) + largest_magnitude(fall))
                          + std::abs(double{f.falloff}) * body.leaning();
   return {all.lower - rounded, all.upper + rounded};
@@ -288,7 +156,7 @@ Bounds density_bounds(const NoiseCloud& field, const Region& anywhere) {
   // surface.
   const double finest = 2.0 * std::max({region.half.x, region.half.y, region.half.z})
                         * std::ldexp(1.0, std::min(field.octaves, 8));
-  const int most = static_cast<int>(std::clamp(std::ceil(finest), 1.0, double{most_boxes}));
+  const int most = static_cast<int>(std::clamp(std::ceil(finest), 1.0, double{NoiseSamples::most_boxes}));
   Bounds density{0, 1};
   for (const int n : {(most + 7) / 8, most}) {
     const Bounds s = double{field.contrast} * shape_bounds(field, region, n);

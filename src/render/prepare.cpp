@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "render/noise_table.h"
 #include "render/scene_values.h"
 #include "tyndall/render/bounds.h"
 #include "tyndall/render/check.h"
@@ -158,6 +159,34 @@ Region in_field_space(const Affine& to_field, const Region& region, glm::dvec3 e
     out.half[i] = glm::dot(size, half) + rounding;
   }
   return out;
+}
+
+/// The super-voxels where component `c` may have matter, as one box of local space.
+Region matter_region(const MajorantTables& t, std::size_t c, glm::dvec3 extent) {
+  const std::size_t cells = t.total.size();
+  glm::ivec3 low(t.nx, t.ny, t.nz), high(0);
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    if (t.upper[c * cells + cell] == 0.0f) continue;
+    const auto at = static_cast<int>(cell);
+    const glm::ivec3 i(at % t.nx, at / t.nx % t.ny, at / t.nx / t.ny);
+    low = glm::min(low, i), high = glm::max(high, i + 1);
+  }
+  const glm::dvec3 size = extent / glm::dvec3(t.nx, t.ny, t.nz);
+  return {0.5 * size * glm::dvec3(low + high), 0.5 * size * glm::dvec3(high - low)};
+}
+
+void tabulate_noise(PreparedScene& scene, const Box& box, int threads, const Stop& stop) {
+  constexpr double points = 128.0 * 128 * 128;  // 2 MB: the second-level cache of a core
+  const glm::dvec3 extent = to_dvec3(box.extent);
+  for (std::size_t c = 0; c < scene.components.size(); ++c) {
+    AnyField& field = scene.components[c].field;
+    if (field.kind != AnyField::Kind::noise_cloud) continue;
+    const Region matter = matter_region(scene.tables, c, extent);
+    if (!(matter.half.x > 0)) continue;
+    scene.noise_tables.push_back(
+        tabulate(field.noise_cloud, in_field_space(scene.components[c].to_field, matter, extent),
+                 getenv("POINTS") ? pow(atof(getenv("POINTS")),3) : points, threads, stop));
+  }
 }
 
 float round_up(double x) {
@@ -399,6 +428,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
 
   const auto [nx, ny, nz] = scene.medium.majorant_resolution;
   out.tables = build_majorants(out.components, box, nx, ny, nz, threads, progress, stop);
+  tabulate_noise(out, box, threads, stop);
   MajorantGrid grid, whole;
   grid.nx = nx, grid.ny = ny, grid.nz = nz;
   grid.components = whole.components = static_cast<int>(components.size());
@@ -414,7 +444,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   whole.lower = out.tables.whole_lower.data();
 
   if (components.size() == 1) {
-    const Component<AnyField>& c = components[0];
+    const Component<AnyField>& c = out.components[0];
     const auto single = [&](const auto& field) {
       using Field = std::decay_t<decltype(field)>;
       out.medium =

@@ -63,6 +63,8 @@ struct NoiseCloud {
   float lean_x = 0, lean_z = 0;  ///< displacement of the axis per unit of height above the centre
   float growth = 0;              ///< relative growth of the x and z radii per unit of height
 
+  NoiseTable table;  ///< of the noise where there may be matter, or none
+
   static constexpr float smallest_growth =
       0.05f;  ///< below the apex of the cone the radius stays at this share
   static constexpr float reach = 32768;  ///< positions beyond, along any axis, count as there
@@ -93,12 +95,16 @@ struct NoiseCloud {
   }
 
   /// \return whether v < extinction * density(p), v > 0: the same decision, bit for bit, from as
-  /// few octaves, coarse to fine, as settle it (octave squeezing). Counts them.
+  /// few octaves, coarse to fine, as settle it (octave squeezing), or none. Counts them.
   TYN_HD bool exceeds(Vec3f p, float extinction, float v, int& summed) const {
     if (v >= extinction) return false;
     p = on_lattice(p);
     const float body = shape(p);
     const float undone = threshold(extinction, v, body);
+    float tabulated;
+    if (table.values && table.look_up(p, tabulated)
+        && abs(tabulated - undone) > widened(table.half, body, undone))
+      return tabulated > undone;
     float rest = widened(fractal_noise_bound(octaves, gain), body, undone);
     float noise = 0.0f, amplitude = 1.0f;
     for (int k = 1; k <= octaves; ++k) {
@@ -119,6 +125,11 @@ struct NoiseCloud {
   /// What the octaves left out add at most, widened by all that rounding may do.
   TYN_HD static float widened(float rest, float body, float threshold) {
     return rest + squeeze_rounding * (rest + abs(body) + abs(threshold));
+  }
+
+  template <class Copy>
+  void relocate(Copy&& copy) {
+    table.relocate(copy);
   }
 
   /// Share of the largest terms that rounding may change in a comparison: 15 additions, and a few
@@ -203,6 +214,7 @@ struct AnyField {
   template <class Copy>
   void relocate(Copy&& copy) {
     if (kind == Kind::dense_grid) dense_grid.relocate(copy);
+    if (kind == Kind::noise_cloud) noise_cloud.relocate(copy);
   }
 };
 

@@ -40,7 +40,7 @@ struct Component {
 /// How tentative collisions are decided: all ways decide alike.
 enum class Decision {
   squeezed,  ///< with as little of the field as settles it
-  audited,   ///< by the density, which must be within its bounds
+  audited,   ///< by the density, which must be within its bounds and agree with `squeezed`
   full,      ///< by the density, always [SzirmayKalos2011]
 };
 
@@ -65,8 +65,12 @@ TYN_HD bool is_real(const MajorantGrid& grid, int index, const Component& compon
   if (decision == Decision::squeezed) return component.exceeds(p, v, count.octaves);
   const float sigma_t = component.sigma_t(p);
   count.octaves += component.octaves();
-  if (!(sigma_t >= grid.lower[at] && sigma_t <= grid.upper[at])) ++count.violations;
-  return v < sigma_t;
+  const bool real = v < sigma_t;
+  if (decision == Decision::full) return real;
+  const bool bounded = sigma_t >= grid.lower[at] && sigma_t <= grid.upper[at];
+  int uncounted = 0;
+  if (!bounded || component.exceeds(p, v, uncounted) != real) ++count.violations;
+  return real;
 }
 
 /// One component: what most scenes are, and no dearer than if there could be only one.

@@ -91,4 +91,54 @@ TYN_HD float fractal_noise_bound(int octaves, float gain) {
   return sum;
 }
 
+/// A fractal noise on a grid, in 8 bits: its bounds are within `half` of what lies between. Asked
+/// before the first octave; no walk crosses its cells, so they may be far finer than super-voxels.
+/// docs/bounds.md, 9.
+struct NoiseTable {
+  const std::int8_t* values = nullptr;  ///< [nz][ny][nx], and 2 more; nullptr: no table
+  Vec3f low{0, 0, 0}, inverse_cell_size{0, 0, 0};
+  int nx = 0, ny = 0, nz = 0;
+  float unit = 0, half = 0;
+
+  TYN_HD std::size_t size() const { return static_cast<std::size_t>(nz) * ny * nx + 2; }
+
+  /// \return whether p is within the grid. Then `noise` is within `half` of what fractal_noise()
+  /// returns.
+  TYN_HD bool look_up(Vec3f p, float& noise) const {
+    const float qx = (p.x - low.x) * inverse_cell_size.x, qy = (p.y - low.y) * inverse_cell_size.y,
+                qz = (p.z - low.z) * inverse_cell_size.z;
+    const float x = clamp(qx, 0.0f, static_cast<float>(nx - 1)),
+                y = clamp(qy, 0.0f, static_cast<float>(ny - 1)),
+                z = clamp(qz, 0.0f, static_cast<float>(nz - 1));
+    const int i = min(static_cast<int>(x), nx - 2), j = min(static_cast<int>(y), ny - 2),
+              k = min(static_cast<int>(z), nz - 2);
+    const float u = x - static_cast<float>(i), v = y - static_cast<float>(j),
+                w = z - static_cast<float>(k);
+    const int at = (k * ny + j) * nx + i, up = at + nx * ny;
+    const float near = lerp(row(at, u), row(at + nx, u), v),
+                far = lerp(row(up, u), row(up + nx, u), v);
+    noise = unit * lerp(near, far, w);
+    return (x == qx) & (y == qy) & (z == qz);
+  }
+
+  /// Two neighbours in one load of 32 bits, which lanes gather.
+  TYN_HD float row(int at, float t) const {
+#if defined(__CUDA_ARCH__)
+    const float a = values[at], b = values[at + 1];
+#else
+    std::int32_t bits;
+    __builtin_memcpy(&bits, values + at, sizeof bits);
+    const float a = static_cast<float>(static_cast<std::int32_t>(static_cast<std::uint32_t>(bits) << 24) >> 24),
+                b = static_cast<float>(static_cast<std::int32_t>(static_cast<std::uint32_t>(bits) << 16) >> 24);
+#endif
+    return lerp(a, b, t);
+  }
+
+  /// See DenseGrid::relocate.
+  template <class Copy>
+  void relocate(Copy&& copy) {
+    if (values) values = copy(values, size());
+  }
+};
+
 }  // namespace tyndall

@@ -48,6 +48,7 @@ struct PreparedScene {
 
   MajorantTables tables;
   std::vector<Component<AnyField>> components;
+  std::vector<std::vector<std::int8_t>> noise_tables;  ///< that components have
 };
 
 /// \param threads for the bounds. \param progress told the share done, by the calling thread.
