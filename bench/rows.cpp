@@ -149,7 +149,7 @@ Stage::Stage(const Case& c, int t)
       scene16(prepare_case(c, 16, t)),
       scene32(prepare_case(c, 32, t)),
       scene64(prepare_case(c, 64, t)),
-      usual(prepare_case(c, Scene{}.medium.majorant_resolution[0], t)) {}
+      usual(prepare_case(c, 0, t)) {}
 
 std::vector<std::unique_ptr<Row>> rows_of(Stage& stage, const std::string& device) {
   std::vector<std::unique_ptr<Row>> rows;

@@ -287,7 +287,7 @@ Kind<Medium> medium() {
        group<Medium>(
            "majorants",
            {key("resolution", &Medium::majorant_resolution, cells(limits::majorants), "",
-                "super-voxels")},
+                "super-voxels; 0: as many as pay")},
            "grid of bounds of the extinction; changes the time a render takes, not what it shows"),
        required(key("components", &Medium::components, list(component()), "", "they add up"))});
 }

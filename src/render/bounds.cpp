@@ -156,7 +156,8 @@ Bounds density_bounds(const NoiseCloud& field, const Region& anywhere) {
   // surface.
   const double finest = 2.0 * std::max({region.half.x, region.half.y, region.half.z})
                         * std::ldexp(1.0, std::min(field.octaves, 8));
-  const int most = static_cast<int>(std::clamp(std::ceil(finest), 1.0, double{NoiseSamples::most_boxes}));
+  const int most =
+      static_cast<int>(std::clamp(std::ceil(finest), 1.0, double{NoiseSamples::most_boxes}));
   Bounds density{0, 1};
   for (const int n : {(most + 7) / 8, most}) {
     const Bounds s = double{field.contrast} * shape_bounds(field, region, n);

@@ -432,7 +432,9 @@ std::uint64_t memory_needed(const Scene& scene) {
   // A super-voxel: two bounds of each component. A grid: its values here and as the walks read
   // them.
   const Medium& medium = scene.medium;
-  std::uint64_t media = product(medium.majorant_resolution) * medium.components.size() * 8;
+  std::array<int, 3> super_voxels = medium.majorant_resolution;
+  for (int& n : super_voxels) n = n == 0 ? 64 : n;  // where they are chosen, no more
+  std::uint64_t media = product(super_voxels) * medium.components.size() * 8;
   for (const Component& c : medium.components) {
     if (const auto* grid = std::get_if<DenseGrid>(&c.field)) media += 2 * 4 * grid->values.size();
   }

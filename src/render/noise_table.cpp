@@ -60,7 +60,7 @@ std::vector<std::int8_t> tabulate(NoiseCloud& cloud, const Region& region, doubl
   });
 
   // Half a unit for the values, the rest for the rounding of the place between them.
-  const double rounding = 0.5 + std::max({nx, ny, nz}) / 2048.0;
+  const double rounding = 0.501 + std::max({nx, ny, nz}) / 1024.0;
   table.unit = static_cast<float>(unit);
   table.half = static_cast<float>(1.000001 * (slack + rounding * unit));
   if (table.half > 0.5f * fractal_noise_bound(cloud.octaves, cloud.gain)) return {};

@@ -9,8 +9,8 @@
 namespace tyndall {
 
 /// Tabulates the noise of `cloud` over `region` of field space, at about `points` points, and lets
-/// the cloud see it: no decision changes. \return what it sees, which must outlive it; nothing where
-/// the noise is too fine for a table. \throws Stopped
+/// the cloud see it: no decision changes. \return what it sees, which must outlive it; nothing
+/// where the noise is too fine for a table. \throws Stopped
 std::vector<std::int8_t> tabulate(NoiseCloud& cloud, const Region& region, double points,
                                   int threads, const Stop& stop);
 

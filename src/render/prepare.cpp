@@ -7,7 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
-#include "render/noise_table.h"
+#include "render/majorants.h"
 #include "render/scene_values.h"
 #include "tyndall/render/bounds.h"
 #include "tyndall/render/check.h"
@@ -141,62 +141,6 @@ double default_marching_step(const Scene& scene) {
 }
 
 // ---- Bounds
-
-/// `region` of local space as a box of field space, wide enough for the rounding of positions (4
-/// ulp of the box) and of the transform.
-Region in_field_space(const Affine& to_field, const Region& region, glm::dvec3 extent) {
-  const double ulp = std::ldexp(1.0, -23);
-  const glm::dvec3 half = region.half + 4.0 * ulp * extent;
-  const Vec3f rows[3] = {to_field.row_x, to_field.row_y, to_field.row_z};
-  const glm::dvec3 offset = to_dvec3(to_field.offset);
-  Region out;
-  for (int i = 0; i < 3; ++i) {
-    const glm::dvec3 row = to_dvec3(rows[i]), size = glm::abs(row);
-    out.center[i] = glm::dot(row, region.center) + offset[i];
-    const bool moves = size != glm::dvec3(i == 0, i == 1, i == 2) || offset[i] != 0.0;
-    const double rounding =
-        moves ? 4.0 * ulp * (glm::dot(size, extent) + std::abs(offset[i])) : 0.0;
-    out.half[i] = glm::dot(size, half) + rounding;
-  }
-  return out;
-}
-
-/// The super-voxels where component `c` may have matter, as one box of local space.
-Region matter_region(const MajorantTables& t, std::size_t c, glm::dvec3 extent) {
-  const std::size_t cells = t.total.size();
-  glm::ivec3 low(t.nx, t.ny, t.nz), high(0);
-  for (std::size_t cell = 0; cell < cells; ++cell) {
-    if (t.upper[c * cells + cell] == 0.0f) continue;
-    const auto at = static_cast<int>(cell);
-    const glm::ivec3 i(at % t.nx, at / t.nx % t.ny, at / t.nx / t.ny);
-    low = glm::min(low, i), high = glm::max(high, i + 1);
-  }
-  const glm::dvec3 size = extent / glm::dvec3(t.nx, t.ny, t.nz);
-  return {0.5 * size * glm::dvec3(low + high), 0.5 * size * glm::dvec3(high - low)};
-}
-
-void tabulate_noise(PreparedScene& scene, const Box& box, int threads, const Stop& stop) {
-  constexpr double points = 128.0 * 128 * 128;  // 2 MB: the second-level cache of a core
-  const glm::dvec3 extent = to_dvec3(box.extent);
-  for (std::size_t c = 0; c < scene.components.size(); ++c) {
-    AnyField& field = scene.components[c].field;
-    if (field.kind != AnyField::Kind::noise_cloud) continue;
-    const Region matter = matter_region(scene.tables, c, extent);
-    if (!(matter.half.x > 0)) continue;
-    scene.noise_tables.push_back(
-        tabulate(field.noise_cloud, in_field_space(scene.components[c].to_field, matter, extent),
-                 getenv("POINTS") ? pow(atof(getenv("POINTS")),3) : points, threads, stop));
-  }
-}
-
-float round_up(double x) {
-  const float f = static_cast<float>(x * (1 + 4e-7));
-  return f < x ? std::nextafter(f, largest_float) : f;
-}
-float round_down(double x) {
-  const float f = static_cast<float>(x * (1 - 4e-7));
-  return f > x ? std::nextafter(f, 0.0f) : f;
-}
 
 /// Ascending majorants: the decision value v = u * sum keeps its resolution near 0, so that thin
 /// fog beside a dense body still collides at the right rate.
@@ -358,55 +302,6 @@ int illumination_channels(const PreparedScene& scene) {
 
 }  // namespace
 
-MajorantTables build_majorants(const std::vector<Component<AnyField>>& components, const Box& box,
-                               int nx, int ny, int nz, int threads,
-                               const std::function<void(double)>& progress, const Stop& stop) {
-  MajorantTables t{nx, ny, nz, {}, {}, {}, {}, {}, {}};
-  const std::size_t cells = static_cast<std::size_t>(nx) * ny * nz, count = components.size();
-  t.total.assign(cells, 0.0f);
-  t.upper.assign(cells * count, 0.0f);
-  t.lower.assign(cells * count, 0.0f);
-  const glm::dvec3 extent = to_dvec3(box.extent);
-  const glm::dvec3 size = extent / glm::dvec3(nx, ny, nz);
-  const auto bound = [&](std::size_t cell) {
-    const std::size_t row = cell / static_cast<std::size_t>(nx);
-    const glm::dvec3 at(static_cast<double>(cell % static_cast<std::size_t>(nx)),
-                        static_cast<double>(row % static_cast<std::size_t>(ny)),
-                        static_cast<double>(row / static_cast<std::size_t>(ny)));
-    const Region region{(at + 0.5) * size, 0.5 * size};
-    for (std::size_t c = 0; c < count; ++c) {
-      const Bounds density = density_bounds(components[c].field,
-                                            in_field_space(components[c].to_field, region, extent));
-      const double extinction = components[c].extinction;
-      t.upper[c * cells + cell] = round_up(extinction * density.upper);
-      t.lower[c * cells + cell] = round_down(extinction * density.lower);
-      t.total[cell] += t.upper[c * cells + cell];
-    }
-  };
-  const std::size_t slab = std::max<std::size_t>(static_cast<std::size_t>(nx) * ny, 256);
-  for (std::size_t begin = 0; begin < cells; begin += slab) {
-    if (progress) progress(static_cast<double>(begin) / static_cast<double>(cells));
-    parallel_for(begin, std::min(begin + slab, cells), 8, threads,
-                 [&](std::uint64_t first, std::uint64_t last) {
-                   for (std::uint64_t cell = first; cell < last; ++cell) {
-                     stop_if(stop);
-                     bound(cell);
-                   }
-                 });
-  }
-  t.whole_total.assign(1, 0.0f);
-  for (std::size_t c = 0; c < count; ++c) {
-    const auto row = [&](std::vector<float>& v) {
-      return v.begin() + static_cast<std::ptrdiff_t>(c * cells);
-    };
-    const auto width = static_cast<std::ptrdiff_t>(cells);
-    t.whole_upper.push_back(*std::max_element(row(t.upper), row(t.upper) + width));
-    t.whole_lower.push_back(*std::min_element(row(t.lower), row(t.lower) + width));
-    t.whole_total[0] += t.whole_upper[c];
-  }
-  return t;
-}
-
 PreparedScene prepare(const Scene& scene, int threads, const std::function<void(double)>& progress,
                       const Stop& stop) {
   PreparedScene out;
@@ -426,9 +321,10 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   for (const int i : out.scene_component)
     out.components.push_back(components[static_cast<std::size_t>(i)]);
 
-  const auto [nx, ny, nz] = scene.medium.majorant_resolution;
-  out.tables = build_majorants(out.components, box, nx, ny, nz, threads, progress, stop);
-  tabulate_noise(out, box, threads, stop);
+  out.tables = build_majorants(out.components, box, scene.medium.majorant_resolution, threads,
+                               progress, stop);
+  out.noise_tables = tabulate_noise(out.components, box, out.tables, threads, stop);
+  const int nx = out.tables.nx, ny = out.tables.ny, nz = out.tables.nz;
   MajorantGrid grid, whole;
   grid.nx = nx, grid.ny = ny, grid.nz = nz;
   grid.components = whole.components = static_cast<int>(components.size());

@@ -9,6 +9,8 @@
 #include <random>
 #include <vector>
 
+#include "render/scene_values.h"
+
 namespace tyndall {
 namespace {
 
@@ -354,14 +356,28 @@ TEST(AnyField, relocation_moves_the_arrays_of_grids_and_of_nothing_else) {
                   [](int i, int j, int k) { return static_cast<float>(i + 10 * j + 100 * k); });
   std::vector<float> other;
   int calls = 0;
-  const auto copy = [&](const float* from, std::size_t count) {
-    ++calls;
-    other.assign(from, from + count);
-    return static_cast<const float*>(other.data());
-  };
-  AnyField solid = Solid{}, dense = grid.view;
+  std::vector<std::int8_t> other_table;
+  const auto copy = Overloaded{[&](const float* from, std::size_t count) {
+                                 ++calls;
+                                 other.assign(from, from + count);
+                                 return static_cast<const float*>(other.data());
+                               },
+                               [&](const std::int8_t* from, std::size_t count) {
+                                 ++calls;
+                                 other_table.assign(from, from + count);
+                                 return static_cast<const std::int8_t*>(other_table.data());
+                               }};
+  AnyField solid = Solid{}, dense = grid.view, cloud = NoiseCloud{};
   solid.relocate(copy);
+  cloud.relocate(copy);
   EXPECT_EQ(calls, 0);
+  const std::vector<std::int8_t> table = {1, 2, 3, 4, 5, 6, 7, 8, 0, 0};
+  NoiseTable& view = cloud.noise_cloud.table;
+  view.values = table.data(), view.nx = view.ny = view.nz = 2;
+  cloud.relocate(copy);
+  EXPECT_EQ(other_table, table);
+  EXPECT_EQ(view.values, other_table.data());
+  calls = 0;
   dense.relocate(copy);
   EXPECT_EQ(calls, 1);
   EXPECT_EQ(other, grid.values);

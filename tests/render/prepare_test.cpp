@@ -285,6 +285,38 @@ TEST(Prepare, tells_of_its_progress_and_stops_when_told) {
   EXPECT_LE(calls, 4);
 }
 
+TEST(Prepare, chooses_more_super_voxels_for_what_varies_more) {
+  const auto chosen = [](scene::Field field, double extinction) {
+    Scene scene = furnace({component(std::move(field), extinction)});
+    scene.medium.majorant_resolution = {0, 0, 0};
+    const MajorantTables t = prepare(scene, 0).tables;
+    EXPECT_EQ(t.nx, t.ny);
+    EXPECT_EQ(t.nx, t.nz);
+    return t.nx;
+  };
+  EXPECT_EQ(chosen(scene::Solid{}, 100), 4) << "nothing varies";
+  const int soft = chosen(low_variation(8), 128), hard = chosen(high_variation(8), 539);
+  EXPECT_GT(soft, 15);
+  EXPECT_LT(soft, 32);
+  EXPECT_GT(hard, 32);
+  EXPECT_LT(chosen(low_variation(8), 10), soft) << "thin";
+}
+
+TEST(Prepare, chosen_super_voxels_are_cubes_and_given_ones_are_kept) {
+  Scene scene = furnace({component(low_variation(8), 128)});
+  scene.medium.majorant_resolution = {0, 0, 0};
+  scene.medium.box_max = {4, 1, 0.5};
+  MajorantTables t = prepare(scene, 0).tables;
+  EXPECT_NEAR(t.nx / 4.0, t.ny, 1.5);
+  EXPECT_NEAR(t.ny / 2.0, t.nz, 1.5);
+  scene.medium.majorant_resolution = {0, 7, 0};
+  const int nx = t.nx, nz = t.nz;
+  t = prepare(scene, 0).tables;
+  EXPECT_EQ(t.nx, nx);
+  EXPECT_EQ(t.ny, 7);
+  EXPECT_EQ(t.nz, nz);
+}
+
 TEST(Prepare, bounds_of_the_whole_are_the_extremes_of_the_super_voxels) {
   const PreparedScene prepared =
       prepare(furnace({component(low_variation(4), 7), component(random_grid(3, 3, 3, 5), 2)}), 0);

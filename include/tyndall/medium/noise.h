@@ -128,8 +128,10 @@ struct NoiseTable {
 #else
     std::int32_t bits;
     __builtin_memcpy(&bits, values + at, sizeof bits);
-    const float a = static_cast<float>(static_cast<std::int32_t>(static_cast<std::uint32_t>(bits) << 24) >> 24),
-                b = static_cast<float>(static_cast<std::int32_t>(static_cast<std::uint32_t>(bits) << 16) >> 24);
+    const float a = static_cast<float>(
+                    static_cast<std::int32_t>(static_cast<std::uint32_t>(bits) << 24) >> 24),
+                b = static_cast<float>(
+                    static_cast<std::int32_t>(static_cast<std::uint32_t>(bits) << 16) >> 24);
 #endif
     return lerp(a, b, t);
   }

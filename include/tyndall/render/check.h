@@ -75,7 +75,7 @@ inline constexpr Range contrast{"a number", 1e-6, 1e6};
 inline constexpr Range coverage{"a number", -1000, 1000};
 inline constexpr Range falloff{"a number", 0, 1e6};
 inline constexpr Range voxels{"an integer", 1, 32768};       // per axis
-inline constexpr Range majorants{"an integer", 1, 256};      // per axis
+inline constexpr Range majorants{"an integer", 0, 256};      // per axis
 inline constexpr Range illumination{"an integer", 1, 1024};  // per axis
 inline constexpr Range order{"an integer", -1, 2};
 inline constexpr Range pixels{"an integer", 1, 65536};  // per axis

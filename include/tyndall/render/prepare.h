@@ -4,6 +4,7 @@
 /// float positions exact far from 0.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <variant>
 #include <vector>
@@ -56,9 +57,10 @@ struct PreparedScene {
 PreparedScene prepare(const Scene& scene, int threads,
                       const std::function<void(double)>& progress = {}, const Stop& stop = {});
 
-/// The bounds alone. `components` in the order of the tables.
+/// The bounds alone. `components` in the order of the tables; `resolution` as
+/// scene::Medium::majorant_resolution.
 MajorantTables build_majorants(const std::vector<Component<AnyField>>& components, const Box& box,
-                               int nx, int ny, int nz, int threads,
+                               std::array<int, 3> resolution, int threads,
                                const std::function<void(double)>& progress = {},
                                const Stop& stop = {});
 

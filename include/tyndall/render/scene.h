@@ -114,8 +114,9 @@ enum class Side { open, periodic };
 struct Medium {
   glm::dvec3 box_min{0.0}, box_max{1.0};  ///< [length] nothing exists outside
   std::array<Side, 3> sides{Side::open, Side::open, Side::open};
-  std::array<int, 3> majorant_resolution{32, 32,
-                                         32};  ///< super-voxels along x, y, z, 1 to 256 each
+  /// Super-voxels along x, y, z, to 256 each; 0: as many as pay, a choice that the scene alone
+  /// makes (docs/resolution.md).
+  std::array<int, 3> majorant_resolution{0, 0, 0};
   std::vector<Component> components;
 };
 

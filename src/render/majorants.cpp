@@ -1,0 +1,199 @@
+#include "render/majorants.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+
+#include "render/noise_table.h"
+#include "tyndall/render/bounds.h"
+
+namespace tyndall {
+namespace {
+
+glm::dvec3 to_dvec3(Vec3f v) { return {v.x, v.y, v.z}; }
+
+/// `region` of local space as a box of field space, wide enough for the rounding of positions (4
+/// ulp of the box) and of the transform.
+Region in_field_space(const Affine& to_field, const Region& region, glm::dvec3 extent) {
+  const double ulp = std::ldexp(1.0, -23);
+  const glm::dvec3 half = region.half + 4.0 * ulp * extent;
+  const Vec3f rows[3] = {to_field.row_x, to_field.row_y, to_field.row_z};
+  const glm::dvec3 offset = to_dvec3(to_field.offset);
+  Region out;
+  for (int i = 0; i < 3; ++i) {
+    const glm::dvec3 row = to_dvec3(rows[i]), size = glm::abs(row);
+    out.center[i] = glm::dot(row, region.center) + offset[i];
+    const bool moves = size != glm::dvec3(i == 0, i == 1, i == 2) || offset[i] != 0.0;
+    const double rounding =
+        moves ? 4.0 * ulp * (glm::dot(size, extent) + std::abs(offset[i])) : 0.0;
+    out.half[i] = glm::dot(size, half) + rounding;
+  }
+  return out;
+}
+
+float round_up(double x) {
+  const float f = static_cast<float>(x * (1 + 4e-7));
+  return f < x ? std::nextafter(f, largest_float) : f;
+}
+float round_down(double x) {
+  const float f = static_cast<float>(x * (1 - 4e-7));
+  return f > x ? std::nextafter(f, 0.0f) : f;
+}
+
+/// The bounds at one resolution.
+MajorantTables build(const std::vector<Component<AnyField>>& components, const Box& box,
+                     glm::ivec3 resolution, int threads,
+                     const std::function<void(double)>& progress, const Stop& stop) {
+  const auto [nx, ny, nz] = std::array{resolution.x, resolution.y, resolution.z};
+  MajorantTables t{nx, ny, nz, {}, {}, {}, {}, {}, {}};
+  const std::size_t cells = static_cast<std::size_t>(nx) * ny * nz, count = components.size();
+  t.total.assign(cells, 0.0f);
+  t.upper.assign(cells * count, 0.0f);
+  t.lower.assign(cells * count, 0.0f);
+  const glm::dvec3 extent = to_dvec3(box.extent);
+  const glm::dvec3 size = extent / glm::dvec3(nx, ny, nz);
+  const auto bound = [&](std::size_t cell) {
+    const std::size_t row = cell / static_cast<std::size_t>(nx);
+    const glm::dvec3 at(static_cast<double>(cell % static_cast<std::size_t>(nx)),
+                        static_cast<double>(row % static_cast<std::size_t>(ny)),
+                        static_cast<double>(row / static_cast<std::size_t>(ny)));
+    const Region region{(at + 0.5) * size, 0.5 * size};
+    for (std::size_t c = 0; c < count; ++c) {
+      const Bounds density = density_bounds(components[c].field,
+                                            in_field_space(components[c].to_field, region, extent));
+      const double extinction = components[c].extinction;
+      t.upper[c * cells + cell] = round_up(extinction * density.upper);
+      t.lower[c * cells + cell] = round_down(extinction * density.lower);
+      t.total[cell] += t.upper[c * cells + cell];
+    }
+  };
+  const std::size_t slab = std::max<std::size_t>(static_cast<std::size_t>(nx) * ny, 256);
+  for (std::size_t begin = 0; begin < cells; begin += slab) {
+    if (progress) progress(static_cast<double>(begin) / static_cast<double>(cells));
+    parallel_for(begin, std::min(begin + slab, cells), 8, threads,
+                 [&](std::uint64_t first, std::uint64_t last) {
+                   for (std::uint64_t cell = first; cell < last; ++cell) {
+                     stop_if(stop);
+                     bound(cell);
+                   }
+                 });
+  }
+  t.whole_total.assign(1, 0.0f);
+  for (std::size_t c = 0; c < count; ++c) {
+    const auto row = [&](std::vector<float>& v) {
+      return v.begin() + static_cast<std::ptrdiff_t>(c * cells);
+    };
+    const auto width = static_cast<std::ptrdiff_t>(cells);
+    t.whole_upper.push_back(*std::max_element(row(t.upper), row(t.upper) + width));
+    t.whole_lower.push_back(*std::min_element(row(t.lower), row(t.lower) + width));
+    t.whole_total[0] += t.whole_upper[c];
+  }
+  return t;
+}
+
+/// The super-voxels where component `c` may have matter, as one box of local space.
+Region matter_region(const MajorantTables& t, std::size_t c, glm::dvec3 extent) {
+  const std::size_t cells = t.total.size();
+  glm::ivec3 low(t.nx, t.ny, t.nz), high(0);
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    if (t.upper[c * cells + cell] == 0.0f) continue;
+    const auto at = static_cast<int>(cell);
+    const glm::ivec3 i(at % t.nx, at / t.nx % t.ny, at / t.nx / t.ny);
+    low = glm::min(low, i), high = glm::max(high, i + 1);
+  }
+  const glm::dvec3 size = extent / glm::dvec3(t.nx, t.ny, t.nz);
+  return {0.5 * size * glm::dvec3(low + high), 0.5 * size * glm::dvec3(high - low)};
+}
+
+// ---- How many super-voxels: docs/resolution.md
+
+/// What a tentative collision takes, and a look-up, each in steps across a super-voxel: measured.
+constexpr double collision_cost = 2, lookup_cost = 3;
+
+/// Resolutions are chosen within these, along each axis.
+constexpr int fewest = 4, most = 64;
+
+/// Cubical super-voxels, `scale` times as many as 32^3 along each axis.
+glm::ivec3 cubical(glm::dvec3 extent, double scale) {
+  const double edge = std::cbrt(extent.x * extent.y * extent.z) / (32 * scale);
+  return glm::clamp(glm::ivec3(glm::round(extent / edge)), fewest, most);
+}
+
+/// \return how much finer than `probe` the grid pays best.
+double best_refinement(const MajorantTables& probe, glm::dvec3 extent) {
+  const std::size_t cells = probe.total.size();
+  std::vector<float> lower(cells, 0.0f);
+  for (std::size_t at = 0; at < probe.lower.size(); ++at) lower[at % cells] += probe.lower[at];
+  // 2^3 super-voxels as one.
+  const int nx = (probe.nx + 1) / 2, ny = (probe.ny + 1) / 2, nz = (probe.nz + 1) / 2;
+  const auto parent = [&](std::size_t cell) {
+    const auto at = static_cast<int>(cell);
+    const int i = at % probe.nx, j = at / probe.nx % probe.ny, k = at / probe.nx / probe.ny;
+    return static_cast<std::size_t>((k / 2 * ny + j / 2) * nx + i / 2);
+  };
+  const std::size_t parents = static_cast<std::size_t>(nx) * ny * nz;
+  std::vector<float> coarse_total(parents, 0.0f), coarse_lower(parents, largest_float);
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    float &high = coarse_total[parent(cell)], &low = coarse_lower[parent(cell)];
+    high = std::max(high, probe.total[cell]);
+    low = std::min(low, lower[cell]);
+  }
+  // What halving the edges saves per unit of length, where light is as bright all over.
+  double saved = 0;
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    const double collisions = double{coarse_total[parent(cell)]} - double{probe.total[cell]};
+    const double certain = double{lower[cell]} - double{coarse_lower[parent(cell)]};
+    saved += collision_cost * collisions + lookup_cost * (collisions + certain);
+  }
+  saved /= static_cast<double>(cells);
+  // What the steps take, averaged over directions.
+  const double crossings = 0.5 * (probe.nx / extent.x + probe.ny / extent.y + probe.nz / extent.z);
+  return std::sqrt(saved / crossings);
+}
+
+}  // namespace
+
+MajorantTables build_majorants(const std::vector<Component<AnyField>>& components, const Box& box,
+                               std::array<int, 3> resolution, int threads,
+                               const std::function<void(double)>& progress, const Stop& stop) {
+  const glm::ivec3 wanted(resolution[0], resolution[1], resolution[2]);
+  const auto given = glm::greaterThan(wanted, glm::ivec3(0));
+  if (glm::all(given)) return build(components, box, wanted, threads, progress, stop);
+  const glm::dvec3 extent = to_dvec3(box.extent);
+  const glm::ivec3 first = cubical(extent, 1);
+  const auto half_done = [&](double share) {
+    if (progress) progress(0.5 * share);
+  };
+  MajorantTables probe = build(components, box, first, threads, half_done, stop);
+  const glm::ivec3 chosen =
+      glm::mix(cubical(extent, best_refinement(probe, extent)), wanted, given);
+  if (chosen == first) return probe;
+  return build(
+      components, box, chosen, threads,
+      [&](double share) {
+        if (progress) progress(0.5 + 0.5 * share);
+      },
+      stop);
+}
+
+std::vector<std::vector<std::int8_t>> tabulate_noise(std::vector<Component<AnyField>>& components,
+                                                     const Box& box, const MajorantTables& bounds,
+                                                     int threads, const Stop& stop) {
+  constexpr double points = 128.0 * 128 * 128;  // 2 MB: about what a core's second-level cache has
+  const glm::dvec3 extent = to_dvec3(box.extent);
+  std::vector<std::vector<std::int8_t>> tables;
+  for (std::size_t c = 0; c < components.size(); ++c) {
+    AnyField& field = components[c].field;
+    if (field.kind != AnyField::Kind::noise_cloud) continue;
+    const Region matter = matter_region(bounds, c, extent);
+    if (!(matter.half.x > 0)) continue;
+    tables.push_back(tabulate(field.noise_cloud,
+                              in_field_space(components[c].to_field, matter, extent), points,
+                              threads, stop));
+  }
+  return tables;
+}
+
+}  // namespace tyndall
