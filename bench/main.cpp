@@ -94,6 +94,7 @@ const char* const samplers[] = {"ray_marching",
                                 "super_voxel_2011",
                                 "super_voxel_2011/32",
                                 "super_voxel_2011/64",
+                                "tyndall/avx2",
                                 "tyndall"};
 
 int run(int argc, char** argv) {

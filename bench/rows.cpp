@@ -1,5 +1,6 @@
 #include "rows.h"
 
+#include <algorithm>
 #include <chrono>
 
 #include "tyndall/render/parallel.h"
@@ -119,6 +120,11 @@ Path first_path(const Stage& stage, std::uint64_t index, std::uint64_t seed) {
   return path;
 }
 
+bool has_wider_lanes_than_avx2() {
+  const std::vector<std::string> sets = instruction_sets();
+  return sets.front() != "v3" && std::find(sets.begin(), sets.end(), "v3") != sets.end();
+}
+
 template <class Sampler>
 std::vector<FirstFlight> fly(const Stage& stage, const PreparedScene& scene, const Sampler& sampler,
                              std::uint64_t count, std::uint64_t seed) {
@@ -169,6 +175,9 @@ std::vector<std::unique_ptr<Row>> rows_of(Stage& stage, const std::string& devic
   add_row("super_voxel_2011", stage.scene16, SuperVoxel2011{});
   add_row("super_voxel_2011/32", stage.scene32, SuperVoxel2011{});
   add_row("super_voxel_2011/64", stage.scene64, SuperVoxel2011{});
+  if (has_wider_lanes_than_avx2())
+    rows.push_back(std::make_unique<BackendRow>("tyndall/avx2", stage,
+                                                make_cpu_backend(stage.threads, "v3")));
   rows.push_back(std::make_unique<BackendRow>("tyndall", stage, make_cpu_backend(stage.threads)));
   return rows;
 }
