@@ -88,14 +88,10 @@ void write(const std::string& path, const std::string& text) {
   if (!file) throw Error(ExitCode::output_failed, path + ": cannot be written");
 }
 
-const char* const samplers[] = {"ray_marching",
-                                "woodcock",
-                                "woodcock_squeezed",
-                                "super_voxel_2011",
-                                "super_voxel_2011/32",
-                                "super_voxel_2011/64",
-                                "tyndall/avx2",
-                                "tyndall"};
+const char* const samplers[] = {"ray_marching",        "woodcock",
+                                "woodcock_squeezed",   "super_voxel_2011",
+                                "super_voxel_2011/32", "super_voxel_2011/64",
+                                "tyndall/avx2",        "tyndall"};
 
 int run(int argc, char** argv) {
   CLI::App app{

@@ -176,8 +176,8 @@ std::vector<std::unique_ptr<Row>> rows_of(Stage& stage, const std::string& devic
   add_row("super_voxel_2011/32", stage.scene32, SuperVoxel2011{});
   add_row("super_voxel_2011/64", stage.scene64, SuperVoxel2011{});
   if (has_wider_lanes_than_avx2())
-    rows.push_back(std::make_unique<BackendRow>("tyndall/avx2", stage,
-                                                make_cpu_backend(stage.threads, "v3")));
+    rows.push_back(
+        std::make_unique<BackendRow>("tyndall/avx2", stage, make_cpu_backend(stage.threads, "v3")));
   rows.push_back(std::make_unique<BackendRow>("tyndall", stage, make_cpu_backend(stage.threads)));
   return rows;
 }

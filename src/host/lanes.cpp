@@ -335,21 +335,50 @@ class MatterBatch {
       const auto& component = pass_.medium.component(c);
       if (!component.scatters()) continue;
       if (const NoiseCloud* cloud = noise_cloud(component.field)) {
-        stages_.extinction(points_, *cloud, component.to_field, component.extinction);
-      } else {
-        for (int m = 0; m < points_.count; ++m)
-          points_.sigma_t[m] = component.sigma_t({points_.x[m], points_.y[m], points_.z[m]});
+        add_cloud(*cloud, component, sums);
+        continue;
       }
-      for (int m = 0; m < points_.count; ++m)
-        if (points_.sigma_t[m] > pass_.least()) sums[m] = sums[m] + points_.sigma_t[m];
+      for (int m = 0; m < points_.count; ++m) {
+        const float sigma_t = component.sigma_t({points_.x[m], points_.y[m], points_.z[m]});
+        if (sigma_t > pass_.least()) sums[m] = sums[m] + sigma_t;
+      }
     }
     for (int m = 0; m < points_.count; ++m) all.add(pass_.to_units(sums[m]));
     points_.count = 0;
   }
 
+  /// Decides first which points are in the cloud: few octaves do.
+  template <class Component>
+  void add_cloud(const NoiseCloud& cloud, const Component& component, float* sums) {
+    some_.count = points_.count;
+    for (int m = 0; m < points_.count; ++m) {
+      some_.x[m] = lanes_.x[m] = points_.x[m];
+      some_.y[m] = lanes_.y[m] = points_.y[m];
+      some_.z[m] = lanes_.z[m] = points_.z[m];
+      some_.v[m] = lanes_.v[m] = pass_.least();
+      some_.lane[m] = m;
+      lanes_.real[m] = 0;
+    }
+    stages_.decide(some_, lanes_, cloud, component.to_field, component.extinction);
+    inside_.count = 0;
+    for (int m = 0; m < points_.count; ++m) {
+      if (lanes_.real[m] == 0) continue;
+      const int n = inside_.count++;
+      inside_.x[n] = points_.x[m];
+      inside_.y[n] = points_.y[m];
+      inside_.z[n] = points_.z[m];
+    }
+    stages_.extinction(inside_, cloud, component.to_field, component.extinction);
+    int n = 0;
+    for (int m = 0; m < points_.count; ++m)
+      if (lanes_.real[m] != 0) sums[m] = sums[m] + inside_.sigma_t[n++];
+  }
+
   const Pass& pass_;
   const LaneStages& stages_;
-  MatterPoints points_{};
+  MatterPoints points_{}, inside_{};
+  Lanes lanes_{};
+  Undecided some_{};
 };
 
 }  // namespace

@@ -197,28 +197,55 @@ struct MatterPass {
   /// biased by it.
   template <class MeasureCell>
   TYN_HD std::int64_t total(std::uint64_t index, MeasureCell&& measure) const {
+    if (is_empty(index)) return 0;
     const bool is_thin = illumination.is_lit(index) && measure(index, 2, 0u).hits < 4;
     return is_thin ? measure(index, 2 * strata, 1u).sum : 8 * measure(index, strata, 2u).sum;
   }
 
   /// Point `m` of n x n x n in cell `index`.
   TYN_HD Vec3f point(std::uint64_t index, int n, std::uint32_t event, int m) const {
-    const IlluminationCells& cells = illumination.cells;
-    const int i = static_cast<int>(index % static_cast<std::uint64_t>(cells.nx));
-    const int j = static_cast<int>(index / static_cast<std::uint64_t>(cells.nx)
-                                   % static_cast<std::uint64_t>(cells.ny));
-    const int k = static_cast<int>(
-        index / (static_cast<std::uint64_t>(cells.nx) * static_cast<std::uint64_t>(cells.ny)));
     const int a = m % n, b = m / n % n, c = m / (n * n);
     const float inverse = 1.0f / static_cast<float>(n);
     const std::uint64_t stream =
         index * static_cast<std::uint64_t>(n * n * n) + static_cast<std::uint64_t>(m);
     const RandomBlock r =
         RandomStream{seed, stream, Domain::matter}.block(event, Purpose::emission);
+    return place(index, {(static_cast<float>(a) + uniform(r.a)) * inverse,
+                         (static_cast<float>(b) + uniform(r.b)) * inverse,
+                         (static_cast<float>(c) + uniform(r.c)) * inverse});
+  }
+
+  /// \return where `share` of the edges of a cell is.
+  TYN_HD Vec3f place(std::uint64_t index, Vec3f share) const {
+    const IlluminationCells& cells = illumination.cells;
+    const int i = static_cast<int>(index % static_cast<std::uint64_t>(cells.nx));
+    const int j = static_cast<int>(index / static_cast<std::uint64_t>(cells.nx)
+                                   % static_cast<std::uint64_t>(cells.ny));
+    const int k = static_cast<int>(
+        index / (static_cast<std::uint64_t>(cells.nx) * static_cast<std::uint64_t>(cells.ny)));
     return cell_size
-           * Vec3f{static_cast<float>(i) + (static_cast<float>(a) + uniform(r.a)) * inverse,
-                   static_cast<float>(j) + (static_cast<float>(b) + uniform(r.b)) * inverse,
-                   static_cast<float>(k) + (static_cast<float>(c) + uniform(r.c)) * inverse};
+           * Vec3f{static_cast<float>(i) + share.x, static_cast<float>(j) + share.y,
+                   static_cast<float>(k) + share.z};
+  }
+
+  static constexpr float rounding = 1e-3f;  ///< of places, in edges of a cell: more than enough
+
+  /// \return whether all super-voxels that the cell meets are empty: no point of it has matter.
+  TYN_HD bool is_empty(std::uint64_t index) const {
+    const Vec3f low = place(index, {-rounding, -rounding, -rounding}),
+                high = place(index, {1 + rounding, 1 + rounding, 1 + rounding});
+    const MajorantGrid& grid = medium.super_voxels;
+    const int i0 = MajorantGrid::coordinate(low.x, grid.inverse_cell_size.x, grid.nx),
+              i1 = MajorantGrid::coordinate(high.x, grid.inverse_cell_size.x, grid.nx);
+    const int j0 = MajorantGrid::coordinate(low.y, grid.inverse_cell_size.y, grid.ny),
+              j1 = MajorantGrid::coordinate(high.y, grid.inverse_cell_size.y, grid.ny);
+    const int k0 = MajorantGrid::coordinate(low.z, grid.inverse_cell_size.z, grid.nz),
+              k1 = MajorantGrid::coordinate(high.z, grid.inverse_cell_size.z, grid.nz);
+    for (int k = k0; k <= k1; ++k)
+      for (int j = j0; j <= j1; ++j)
+        for (int i = i0; i <= i1; ++i)
+          if (grid.total[grid.index(i, j, k)] > 0.0f) return false;
+    return true;
   }
 
   TYN_HD bool may_have_matter(Vec3f p) const {
