@@ -2,7 +2,7 @@
 /// tyndall-bench: the paper's tables, on this machine.
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
+#include <optional>
 #include <regex>
 #include <set>
 
@@ -10,6 +10,7 @@
 #include <CLI/CLI.hpp>
 
 #include "measure.h"
+#include "io/output_file.h"
 #include "page.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/parallel.h"
@@ -81,13 +82,6 @@ std::string json(const std::vector<Result>& results) {
   return text + "\n]\n";
 }
 
-void write(const std::string& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (!file) throw Error(ExitCode::output_failed, path + ": cannot be written");
-}
-
 const char* const samplers[] = {"ray_marching",        "woodcock",
                                 "woodcock_squeezed",   "super_voxel_2011",
                                 "super_voxel_2011/32", "super_voxel_2011/64",
@@ -125,6 +119,11 @@ int run(int argc, char** argv) {
     throw Error(ExitCode::usage, fmt::format("--filter: '{}' is no regular expression", filter));
   }
 
+  // Before anything is timed: what cannot be written is said now.
+  std::optional<io::OutputFile> json_output, html_output;
+  if (!list && !json_file.empty()) json_output.emplace(json_file);
+  if (!list && !html_file.empty()) html_output.emplace(html_file);
+
   std::vector<Result> results;
   std::set<std::string> checked;
   for (const Case& which : cases()) {
@@ -157,8 +156,8 @@ int run(int argc, char** argv) {
   if (results.empty())
     throw Error(options.device == "cuda" ? ExitCode::device : ExitCode::usage,
                 options.device == "cuda" ? "this build has no CUDA" : "no row has such a name");
-  if (!json_file.empty()) write(json_file, json(results));
-  if (!html_file.empty()) write(html_file, page(results));
+  if (json_output) json_output->write(json(results)), json_output->commit();
+  if (html_output) html_output->write(page(results)), html_output->commit();
   return 0;
 }
 

@@ -3,98 +3,175 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
+#include <tuple>
 
 #include <fmt/format.h>
 
 namespace tyndall::bench {
 namespace {
 
-const std::map<std::string, const char*> colors = {{"ray_marching", "#9a9a9a"},
-                                                   {"woodcock", "#d0883a"},
-                                                   {"woodcock_squeezed", "#e8bd8a"},
-                                                   {"super_voxel_2011", "#4878b0"},
-                                                   {"super_voxel_2011/32", "#7ea3cc"},
-                                                   {"super_voxel_2011/64", "#afc7e2"},
-                                                   {"tyndall", "#b03048"}};
-
 std::string color(const std::string& sampler) {
+  static const std::map<std::string, const char*> colors = {{"ray_marching", "#777777"},
+                                                            {"woodcock", "#b8651b"},
+                                                            {"woodcock_squeezed", "#8a7a1a"},
+                                                            {"super_voxel_2011", "#1f4e8c"},
+                                                            {"super_voxel_2011/32", "#2f86c8"},
+                                                            {"super_voxel_2011/64", "#1f9090"},
+                                                            {"tyndall/avx2", "#d98a96"},
+                                                            {"tyndall", "#b03048"}};
   const auto found = colors.find(sampler);
   return found == colors.end() ? "#000" : found->second;
 }
 
-/// Position on a logarithmic axis from 10^low to 10^high.
-double at(double value, double low, double high, double length) {
-  return length * (std::log10(std::max(value, 1e-300)) - low) / (high - low);
+/// Three digits: 683 k.
+std::string short_number(double value) {
+  if (value >= 999.5e3) return fmt::format("{:.3g} M", value / 1e6);
+  if (value >= 999.5) return fmt::format("{:.3g} k", value / 1e3);
+  return fmt::format("{:.3g}", value);
 }
 
-std::string title(const Case& c) {
-  return fmt::format("Table {}: {}, {}&sup3;", c.table, c.scene, c.effective_resolution());
+/// Whole decades, logarithmic, between two places of the drawing [px].
+struct Axis {
+  double low, high;  ///< powers of 10
+  double from, to;
+
+  Axis(double least, double most, double begin, double end)
+      : low(std::floor(std::log10(least))),
+        high(std::max(std::ceil(std::log10(most)), low + 1)),
+        from(begin),
+        to(end) {}
+  double operator()(double value) const {
+    return from + (to - from) * (std::log10(value) - low) / (high - low);
+  }
+};
+
+/// What makes the paper's rates, which are of a GPU of its day, comparable: its super-voxels count
+/// as much as ours in the first row that has both. 0 where none has.
+double paper_scale(const std::vector<Result>& rows) {
+  for (const Result& r : rows)
+    if (r.sampler == "super_voxel_2011" && r.paper > 0)
+      return r.photons_per_second.median / r.paper;
+  return 0;
 }
 
+/// From the slowest to the fastest, the paper's included.
+std::pair<double, double> extremes(const std::vector<Result>& rows) {
+  double least = 1e300, most = 0;
+  const double scale = paper_scale(rows);
+  for (const Result& r : rows) {
+    least = std::min(least, r.photons_per_second.least);
+    most = std::max(most, r.photons_per_second.most);
+    if (scale * r.paper > 0) least = std::min(least, scale * r.paper);
+    most = std::max(most, scale * r.paper);
+  }
+  return {least, most};
+}
+
+std::string open_drawing(double height) {
+  return fmt::format(
+      "<svg viewBox='0 0 760 {0:.0f}' width='760' height='{0:.0f}' font-family='sans-serif' "
+      "font-size='12'>",
+      height);
+}
+
+std::string text(double x, double y, const char* anchor, const std::string& content,
+                 const std::string& fill = "#000") {
+  return fmt::format("<text x='{:.1f}' y='{:.1f}' text-anchor='{}' fill='{}'>{}</text>", x, y,
+                     anchor, fill, content);
+}
+
+std::string line(double x1, double y1, double x2, double y2, const char* stroke) {
+  return fmt::format("<line x1='{:.1f}' y1='{:.1f}' x2='{:.1f}' y2='{:.1f}' stroke='{}'/>", x1, y1,
+                     x2, y2, stroke);
+}
+
+std::string diamond(double x, double y, const std::string& stroke) {
+  return fmt::format("<path d='M{:.1f} {:.1f}l5 5l-5 5l-5 -5z' fill='#fff' stroke='{}'/>", x, y - 5,
+                     stroke);
+}
+
+/// \param points "x,y x,y ..."
+std::string polyline(const std::string& points, const std::string& stroke, const char* style) {
+  return fmt::format("<polyline points='{}' fill='none' stroke='{}' {}/>", points, stroke, style);
+}
+
+/// One case: a bar for each sampler.
 std::string bars(const std::vector<Result>& rows) {
-  double low = 1e300, high = 0;
-  for (const Result& r : rows) {
-    low = std::min(low, r.photons_per_second.least);
-    high = std::max(high, r.photons_per_second.most);
+  constexpr double step = 24;
+  const double bottom = 4 + step * static_cast<double>(rows.size());
+  const auto [least, most] = extremes(rows);
+  const Axis x(least, most, 160, 620);
+  const double scale = paper_scale(rows);
+  std::string svg = open_drawing(bottom + 40);
+  for (double decade = x.low; decade <= x.high; ++decade) {
+    const double rate = std::pow(10, decade);
+    svg += line(x(rate), 0, x(rate), bottom, "#ddd");
+    svg += text(x(rate), bottom + 15, "middle", short_number(rate));
   }
-  low = std::floor(std::log10(low)) - 0.2, high = std::ceil(std::log10(high));
-  const int height = 24 * static_cast<int>(rows.size()) + 24;
-  std::string svg = fmt::format("<svg viewBox='0 0 760 {}' width='760'>", height);
-  for (double decade = std::ceil(low); decade <= high; ++decade) {
-    const double x = 170 + at(std::pow(10, decade), low, high, 470);
-    svg += fmt::format(
-        "<line x1='{0:.1f}' x2='{0:.1f}' y1='0' y2='{1}' stroke='#ddd'/><text x='{0:.1f}' "
-        "y='{2}' text-anchor='middle'>10^{3:.0f}</text>",
-        x, height - 20, height - 6, decade);
-  }
-  double y = 2;
+  svg += text(0.5 * (x.from + x.to), bottom + 33, "middle", "photons per second");
+  double y = 4;
   for (const Result& r : rows) {
-    const double width = at(r.photons_per_second.median, low, high, 470);
+    const Spread& rate = r.photons_per_second;
+    svg += text(x.from - 6, y + 13, "end", r.sampler);
     svg += fmt::format(
-        "<text x='165' y='{:.1f}' text-anchor='end'>{}</text><rect x='170' y='{:.1f}' "
-        "width='{:.1f}' "
-        "height='18' fill='{}'/><text x='{:.1f}' y='{:.1f}'>{:.3g} /s</text>",
-        y + 14, r.sampler, y, width, color(r.sampler), 176 + width, y + 14,
-        r.photons_per_second.median);
-    y += 24;
+        "<rect x='{:.1f}' y='{:.1f}' width='{:.1f}' height='18' fill='{}' fill-opacity='0.7'/>",
+        x.from, y, x(rate.median) - x.from, color(r.sampler));
+    svg += line(x(rate.least), y + 9, x(rate.most), y + 9, "#000");
+    if (scale * r.paper > 0) svg += diamond(x(scale * r.paper), y + 9, "#000");
+    svg += text(755, y + 13, "end", short_number(rate.median));
+    y += step;
   }
   return svg + "</svg>";
 }
 
-/// Photons per second over the effective resolution, both logarithmic.
+/// Photons per second over the effective resolution, both logarithmic: a line for each sampler.
 std::string scaling(const std::vector<Result>& rows) {
-  std::map<std::string, std::map<int, double>> lines;
-  double low = 1e300, high = 0;
+  const auto [least, most] = extremes(rows);
+  const Axis y(least, most, 300, 24);
+  const auto x = [](int octaves) { return 60 + 500 * (octaves - 8) / 7.0; };
+  const double left = x(8), right = x(15), scale = paper_scale(rows);
+  std::string svg = open_drawing(345);
+  for (double decade = y.low; decade <= y.high; ++decade) {
+    const double rate = std::pow(10, decade);
+    svg += line(left, y(rate), right, y(rate), "#ddd");
+    svg += text(left - 8, y(rate) + 4, "end", short_number(rate));
+  }
+  svg += text(5, 10, "start", "photons per second");
+  svg += text(0.5 * (left + right), 340, "middle", "effective resolution");
+
+  struct Line {
+    std::string ours, papers, marks;
+    double end = 0;
+  };
+  std::map<std::string, Line> lines;
+  std::set<int> resolutions;
   for (const Result& r : rows) {
-    lines[r.sampler][r.which.octaves] = r.photons_per_second.median;
-    low = std::min(low, r.photons_per_second.median);
-    high = std::max(high, r.photons_per_second.median);
-  }
-  low = std::floor(std::log10(low)), high = std::ceil(std::log10(high));
-  const auto x = [](int octaves) { return 60.0 + 70.0 * (octaves - 8); };
-  const auto y = [&](double rate) { return 300 - at(rate, low, high, 280); };
-  std::string svg = "<svg viewBox='0 0 760 340' width='760'>";
-  for (double decade = low; decade <= high; ++decade) {
-    svg += fmt::format(
-        "<line x1='60' x2='550' y1='{0:.1f}' y2='{0:.1f}' stroke='#ddd'/><text x='54' "
-        "y='{0:.1f}' text-anchor='end'>10^{1:.0f}</text>",
-        y(std::pow(10, decade)), decade);
-  }
-  for (const int octaves : {8, 9, 11, 12, 13, 15})
-    svg += fmt::format("<text x='{:.1f}' y='320' text-anchor='middle'>{}&sup3;</text>", x(octaves),
-                       1 << octaves);
-  for (const auto& [sampler, points] : lines) {
-    std::string path, dots;
-    for (const auto& [octaves, rate] : points) {
-      path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", x(octaves), y(rate));
-      dots += fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='3' fill='{}'/>", x(octaves), y(rate),
-                          color(sampler));
+    Line& l = lines[r.sampler];
+    const double at = x(r.which.octaves);
+    l.end = y(r.photons_per_second.median);
+    l.ours += fmt::format("{:.1f},{:.1f} ", at, l.end);
+    l.marks += fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='3' fill='{}'/>", at, l.end,
+                           color(r.sampler));
+    if (scale * r.paper > 0) {
+      l.papers += fmt::format("{:.1f},{:.1f} ", at, y(scale * r.paper));
+      l.marks += diamond(at, y(scale * r.paper), color(r.sampler));
     }
-    svg += fmt::format(
-        "<path d='{}' fill='none' stroke='{}' stroke-width='2'/>{}<text x='{:.1f}' "
-        "y='{:.1f}' fill='{}'>{}</text>",
-        path, color(sampler), dots, x(points.rbegin()->first) + 8, y(points.rbegin()->second) + 4,
-        color(sampler), sampler);
+    resolutions.insert(r.which.octaves);
+  }
+  for (const int octaves : resolutions)
+    svg += text(x(octaves), 320, "middle", fmt::format("{}&sup3;", 1 << octaves));
+  std::multimap<double, std::string> names;  // by where their lines end
+  for (const auto& [sampler, l] : lines) {
+    svg += polyline(l.papers, color(sampler), "stroke-dasharray='5 4'");
+    svg += polyline(l.ours, color(sampler), "stroke-width='2'") + l.marks;
+    names.emplace(l.end, sampler);
+  }
+  double free = 0;  // below the names so far
+  for (const auto& [end, sampler] : names) {
+    free = std::max(end, free);
+    svg += text(right + 12, free + 4, "start", sampler, color(sampler));
+    free += 14;
   }
   return svg + "</svg>";
 }
@@ -102,32 +179,31 @@ std::string scaling(const std::vector<Result>& rows) {
 }  // namespace
 
 std::string page(const std::vector<Result>& results) {
+  // Of the second table every scene is one plot, of the others every resolution; LV before HV.
+  std::map<std::tuple<int, int, bool>, std::vector<Result>> plots;
+  for (const Result& r : results) {
+    const Case& c = r.which;
+    plots[{c.table, c.table == 2 ? 0 : c.octaves, c.scene == "HV"}].push_back(r);
+  }
   std::string body;
-  for (const char* scene : {"LV", "HV"}) {
-    std::vector<Result> rows;
-    for (const Result& r : results)
-      if (r.which.table == 2 && r.which.scene == scene) rows.push_back(r);
-    if (!rows.empty())
-      body += fmt::format("<h2>{}: photons per second over the resolution</h2>{}", scene,
-                          scaling(rows));
+  for (const auto& [key, rows] : plots) {
+    const Case& c = rows.front().which;
+    if (c.table == 2)
+      body += fmt::format("<h2>Table 2: {}</h2>{}\n", c.scene, scaling(rows));
+    else
+      body += fmt::format("<h2>Table {}: {}, {}&sup3;</h2>{}\n", c.table, c.scene,
+                          c.effective_resolution(), bars(rows));
   }
-  for (std::size_t i = 0; i < results.size();) {
-    std::size_t end = i;
-    const auto same = [&](const Result& r) {
-      return r.which.table == results[i].which.table && r.which.scene == results[i].which.scene
-             && r.which.octaves == results[i].which.octaves;
-    };
-    while (end < results.size() && same(results[end])) ++end;
-    const std::vector<Result> rows(results.begin() + static_cast<std::ptrdiff_t>(i),
-                                   results.begin() + static_cast<std::ptrdiff_t>(end));
-    body += fmt::format("<h2>{}</h2>{}", title(results[i].which), bars(rows));
-    i = end;
-  }
-  return "<!doctype html><meta charset='utf-8'><title>tyndall-bench</title><style>body{font:14px "
-         "sans-serif;margin:2em;max-width:800px}svg text{font:12px sans-serif}h2{font-size:16px}"
-         "</style><h1>Photons per second</h1><p>Axes are logarithmic. Bars are medians of "
-         "interleaved repeats.</p>"
-         + body + "\n";
+  return fmt::format(
+      "<!doctype html><html lang='en'><meta charset='utf-8'><title>tyndall-bench</title>\n"
+      "<style>body{{font:14px sans-serif;margin:2em;max-width:760px}}h2{{font-size:16px}}</style>\n"
+      "<h1>Photons per second</h1>\n"
+      "<p>{}, {} thread{}. Medians of interleaved repeats, all axes logarithmic; thin lines in the "
+      "bars go from the least to the most. Diamonds are the paper's figures, scaled so that its "
+      "super-voxels equal <code>super_voxel_2011</code> (in table 2 at the lowest "
+      "resolution).</p>\n{}</html>\n",
+      results.front().device, results.front().threads, results.front().threads == 1 ? "" : "s",
+      body);
 }
 
 }  // namespace tyndall::bench

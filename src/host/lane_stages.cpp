@@ -163,6 +163,24 @@ inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place)
   for (int m = u.count; m < whole_registers(u.count); ++m) u.x[m] = u.y[m] = u.z[m] = 0.0f;
 }
 
+/// \param count of whole registers.
+[[gnu::always_inline]] inline void add_octave(Undecided& u, int count, std::uint32_t seed,
+                                              float amplitude) {
+  for (int m = 0; m < count; ++m) {
+    const Vec3f p{2.0f * u.x[m], 2.0f * u.y[m], 2.0f * u.z[m]};
+    const float noise = u.noise[m] + amplitude * gradient_noise(p, seed);
+    const float rest = u.rest[m] - noise_bound * amplitude;
+    const bool open = !(abs(noise - u.threshold[m]) > rest);
+    u.x[m] = p.x;
+    u.y[m] = p.y;
+    u.z[m] = p.z;
+    u.noise[m] = noise;
+    u.rest[m] = rest;
+    u.open[m] = open ? 1 : 0;
+    u.real[m] = !open & (noise > u.threshold[m]) ? 1 : 0;
+  }
+}
+
 [[gnu::flatten]] std::int64_t decide(Undecided& u, Lanes& s, const NoiseCloud& f, const Affine& a,
                                      float extinction) {
   const NoiseCloud field = f;
@@ -201,24 +219,32 @@ inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place)
   }
   std::int64_t octaves = 0;
   float amplitude = 1.0f;
-  for (int k = 1; k <= field.octaves && u.count > 0; ++k) {
+  int k = 1;
+  for (; k <= field.octaves && u.count > widest_register; ++k) {
     octaves += u.count;
-    const std::uint32_t seed = octave_seed(field.seed, k);
-    for (int m = 0; m < whole_registers(u.count); ++m) {
-      const Vec3f p{2.0f * u.x[m], 2.0f * u.y[m], 2.0f * u.z[m]};
-      const float noise = u.noise[m] + amplitude * gradient_noise(p, seed);
-      const float rest = u.rest[m] - noise_bound * amplitude;
-      const bool open = !(abs(noise - u.threshold[m]) > rest);
-      u.x[m] = p.x;
-      u.y[m] = p.y;
-      u.z[m] = p.z;
-      u.noise[m] = noise;
-      u.rest[m] = rest;
-      u.open[m] = open ? 1 : 0;
-      u.real[m] = !open & (noise > u.threshold[m]) ? 1 : 0;
-    }
+    add_octave(u, whole_registers(u.count), octave_seed(field.seed, k), amplitude);
     amplitude = amplitude * field.gain;
     if (k < field.octaves) settle(u, s);
+  }
+  // The last register: moving a few costs more than an octave of them.
+  std::int32_t left = k <= field.octaves ? u.count : 0;
+  alignas(64) std::int32_t open[widest_register], real[widest_register];
+  for (int m = 0; m < widest_register; ++m) open[m] = m < left ? 1 : 0, real[m] = 0;
+  const bool last = left > 0;
+  for (; k <= field.octaves && left > 0; ++k) {
+    octaves += left;
+    add_octave(u, widest_register, octave_seed(field.seed, k), amplitude);
+    amplitude = amplitude * field.gain;
+    left = 0;
+    for (int m = 0; m < widest_register; ++m) {
+      real[m] = real[m] | (open[m] & u.real[m]);
+      open[m] = open[m] & (k < field.octaves ? u.open[m] : 1);
+      left += open[m];
+    }
+  }
+  if (last) {
+    for (int m = 0; m < widest_register; ++m) u.open[m] = open[m], u.real[m] = real[m];
+    settle(u, s);
   }
   for (int m = 0; m < u.count; ++m) {  // all octaves: nothing is left open
     const int l = u.lane[m];

@@ -113,6 +113,75 @@ TEST(Bounds, hold_at_ten_million_points_of_noise_clouds) {
   EXPECT_GT(beyond_corners, all / 10) << "corner values alone would have done";
 }
 
+/// Points side by side, so that the compiler makes SIMD lanes of them.
+struct Points {
+  static constexpr int size = 256;
+  float x[size], y[size], z[size], noise[size];
+
+  void sum_octaves(const NoiseCloud& field) {
+    for (int m = 0; m < size; ++m) noise[m] = 0.0f;
+    float amplitude = 1.0f, frequency = 1.0f;
+    for (int k = 1; k <= field.octaves; ++k) {
+      frequency = 2.0f * frequency;
+      const std::uint32_t seed = octave_seed(field.seed, k);
+      for (int m = 0; m < size; ++m) {
+        const Vec3f p = frequency * Vec3f{x[m], y[m], z[m]};
+        noise[m] = noise[m] + amplitude * gradient_noise(p, seed);
+      }
+      amplitude = amplitude * field.gain;
+    }
+  }
+};
+
+// What the benchmark times at 32768^3: majorants, minorants and the table of the noise.
+TEST(Bounds, hold_at_a_hundred_million_points_of_fifteen_octaves) {
+  std::atomic<std::int64_t> points = 0, outside = 0, tabulated = 0, off_table = 0, differ = 0;
+  for (const bool soft : {true, false}) {
+    scene::NoiseCloud cloud = soft ? low_variation(15, 34) : high_variation(15, 34);
+    Scene scene = furnace({component(cloud, soft ? 128.0 : 539.0)});
+    scene.medium.majorant_resolution = {32, 32, 32};
+    const PreparedScene prepared = prepare(scene, 0);
+    const auto& medium = std::get<SingleMedium<NoiseCloud>>(prepared.medium);
+    const NoiseCloud& field = medium.single.field;
+    const MajorantGrid& grid = medium.super_voxels;
+    ASSERT_NE(field.table.values, nullptr);
+    constexpr std::uint64_t batches = 50'000'000 / Points::size + 1;
+    parallel_for(0, batches, 64, 0, [&](std::uint64_t begin, std::uint64_t end) {
+      Points at;
+      std::int64_t beyond = 0, looked_up = 0, far = 0, unlike = 0;
+      for (std::uint64_t batch = begin; batch < end; ++batch) {
+        for (int m = 0; m < Points::size; ++m) {
+          const RandomBlock r = RandomStream{7, batch * Points::size + static_cast<unsigned>(m),
+                                             Domain::matter}
+                                    .block(0, Purpose::walk);
+          at.x[m] = uniform(r.a), at.y[m] = uniform(r.b), at.z[m] = uniform(r.c);
+        }
+        at.sum_octaves(field);
+        for (int m = 0; m < Points::size; ++m) {
+          const Vec3f p{at.x[m], at.y[m], at.z[m]};
+          const float sigma_t =
+              medium.single.extinction * field.transfer(at.noise[m], field.shape(p));
+          const std::size_t cell = grid.cell_of(p);
+          beyond += !(sigma_t >= grid.lower[cell] && sigma_t <= grid.upper[cell]);
+          float noise;
+          if (field.table.look_up(p, noise)) {
+            ++looked_up;
+            far += !(abs(noise - at.noise[m]) <= field.table.half);
+          }
+          if (m == 0) unlike += sigma_t != medium.single.sigma_t(p);
+        }
+      }
+      points += static_cast<std::int64_t>(end - begin) * Points::size;
+      outside += beyond, tabulated += looked_up, off_table += far, differ += unlike;
+    });
+  }
+  EXPECT_GE(points, 100'000'000);
+  EXPECT_GE(tabulated, 50'000'000);
+  EXPECT_EQ(outside, 0);
+  EXPECT_EQ(off_table, 0);
+  EXPECT_EQ(differ, 0) << "this test sums otherwise";
+}
+
 TEST(Bounds, of_a_soft_cloud_leave_less_than_one_virtual_collision_to_two_real_ones) {
   Scene scene = furnace({component(low_variation(8), 60.0)});
   scene.medium.majorant_resolution = {32, 32, 32};
