@@ -9,8 +9,8 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
-#include "measure.h"
 #include "io/output_file.h"
+#include "measure.h"
 #include "page.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/parallel.h"

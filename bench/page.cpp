@@ -12,14 +12,11 @@ namespace tyndall::bench {
 namespace {
 
 std::string color(const std::string& sampler) {
-  static const std::map<std::string, const char*> colors = {{"ray_marching", "#777777"},
-                                                            {"woodcock", "#b8651b"},
-                                                            {"woodcock_squeezed", "#8a7a1a"},
-                                                            {"super_voxel_2011", "#1f4e8c"},
-                                                            {"super_voxel_2011/32", "#2f86c8"},
-                                                            {"super_voxel_2011/64", "#1f9090"},
-                                                            {"tyndall/avx2", "#d98a96"},
-                                                            {"tyndall", "#b03048"}};
+  static const std::map<std::string, const char*> colors = {
+      {"ray_marching", "#777777"},        {"woodcock", "#b8651b"},
+      {"woodcock_squeezed", "#8a7a1a"},   {"super_voxel_2011", "#1f4e8c"},
+      {"super_voxel_2011/32", "#2f86c8"}, {"super_voxel_2011/64", "#1f9090"},
+      {"tyndall/avx2", "#d98a96"},        {"tyndall", "#b03048"}};
   const auto found = colors.find(sampler);
   return found == colors.end() ? "#000" : found->second;
 }

@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "render/cube_root.h"
 #include "render/noise_table.h"
 #include "tyndall/render/bounds.h"
 
@@ -46,7 +47,7 @@ float round_down(double x) {
 MajorantTables build(const std::vector<Component<AnyField>>& components, const Box& box,
                      glm::ivec3 resolution, int threads,
                      const std::function<void(double)>& progress, const Stop& stop) {
-  const auto [nx, ny, nz] = std::array{resolution.x, resolution.y, resolution.z};
+  const int nx = resolution.x, ny = resolution.y, nz = resolution.z;
   MajorantTables t{nx, ny, nz, {}, {}, {}, {}, {}, {}};
   const std::size_t cells = static_cast<std::size_t>(nx) * ny * nz, count = components.size();
   t.total.assign(cells, 0.0f);
@@ -117,7 +118,7 @@ constexpr int fewest = 4, most = 64;
 
 /// Cubical super-voxels, `scale` times as many as 32^3 along each axis.
 glm::ivec3 cubical(glm::dvec3 extent, double scale) {
-  const double edge = std::cbrt(extent.x * extent.y * extent.z) / (32 * scale);
+  const double edge = cube_root(extent.x * extent.y * extent.z) / (32 * scale);
   return glm::clamp(glm::ivec3(glm::round(extent / edge)), fewest, most);
 }
 

@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 
+#include "render/cube_root.h"
 #include "render/noise_samples.h"
 
 namespace tyndall {
@@ -15,7 +16,7 @@ std::vector<std::int8_t> tabulate(NoiseCloud& cloud, const Region& region, doubl
   constexpr int block = 32, most = 1024;  // boxes along an axis
   const glm::dvec3 extent = 2.0 * region.half, far = glm::abs(region.center) + region.half;
   if (glm::any(glm::greaterThan(far, glm::dvec3(NoiseCloud::reach)))) return {};
-  const double size = std::cbrt(extent.x * extent.y * extent.z / points);
+  const double size = cube_root(extent.x * extent.y * extent.z / points);
   const auto boxes = [&](double length) {
     return static_cast<int>(std::clamp(std::ceil(length / size), 1.0, double{most}));
   };

@@ -151,9 +151,9 @@ TEST(Bounds, hold_at_a_hundred_million_points_of_fifteen_octaves) {
       std::int64_t beyond = 0, looked_up = 0, far = 0, unlike = 0;
       for (std::uint64_t batch = begin; batch < end; ++batch) {
         for (int m = 0; m < Points::size; ++m) {
-          const RandomBlock r = RandomStream{7, batch * Points::size + static_cast<unsigned>(m),
-                                             Domain::matter}
-                                    .block(0, Purpose::walk);
+          const RandomBlock r =
+              RandomStream{7, batch * Points::size + static_cast<unsigned>(m), Domain::matter}
+                  .block(0, Purpose::walk);
           at.x[m] = uniform(r.a), at.y[m] = uniform(r.b), at.z[m] = uniform(r.c);
         }
         at.sum_octaves(field);
