@@ -437,6 +437,7 @@ std::uint64_t memory_needed(const Scene& scene) {
   std::uint64_t media = product(super_voxels) * medium.components.size() * 8;
   for (const Component& c : medium.components) {
     if (const auto* grid = std::get_if<DenseGrid>(&c.field)) media += 2 * 4 * grid->values.size();
+    if (std::get_if<NoiseCloud>(&c.field)) media += 2u << 20;  // its table
   }
   return film + illumination + media;
 }
