@@ -40,16 +40,16 @@ void print(const std::vector<Result>& results) {
   double paper_base = 0;
   for (const Result& r : results)
     if (r.sampler == "super_voxel_2011") paper_base = r.paper;
-  std::printf("  %-21s %12s %23s %12s %8s %8s | %9s %8s %8s %8s %8s\n", "sampler", "photons/s",
-              "least .. most", "RGB order 1", "ratio", "paper's", "tent/real", "look-ups",
-              "octaves", "cells", "scatter");
+  std::printf("  %-21s %12s %23s %12s %12s %8s %8s | %9s %8s %8s %8s %8s\n", "sampler", "photons/s",
+              "least .. most", "RGB order 1", "collisions/s", "ratio", "paper's", "tent/real",
+              "look-ups", "octaves", "cells", "scatter");
   for (const Result& r : results) {
     const Audit& a = r.account.audit;
     const auto flights = static_cast<double>(std::max<Audit::Count>(a.flights, 1));
     std::printf(
-        "  %-21s %12.4g %10.4g .. %9.4g %12.4g %8s %8s | %9.3f %8.3f %8.2f %8.2f %8.2f\n",
+        "  %-21s %12.4g %10.4g .. %9.4g %12.4g %12.4g %8s %8s | %9.3f %8.3f %8.2f %8.2f %8.2f\n",
         r.sampler.c_str(), r.photons_per_second.median, r.photons_per_second.least,
-        r.photons_per_second.most, r.photons_per_second_color.median,
+        r.photons_per_second.most, r.photons_per_second_color.median, r.collisions_per_second(),
         base > 0 ? fmt::format("{:.3g}", r.photons_per_second.median / base).c_str() : "-",
         r.paper > 0 && paper_base > 0 ? fmt::format("{:.3g}", r.paper / paper_base).c_str() : "-",
         r.per_real(a.tentative), r.per_real(a.lookups), r.per_real(a.octaves),

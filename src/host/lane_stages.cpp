@@ -192,6 +192,7 @@ inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place)
     const float body = field.shape(p);
     const float threshold = field.threshold(extinction, u.v[m], body);
     const float rest = NoiseCloud::widened(total, body, threshold);
+    // Numbers, not bools: GCC 12 makes no lanes of a loop whose bools it folds into one another.
     const std::int32_t may = u.v[m] < extinction ? 1 : 0;
     const std::int32_t far = abs(threshold) > rest ? 1 : 0, below = threshold < 0.0f ? 1 : 0;
     u.x[m] = p.x;
