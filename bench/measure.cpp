@@ -30,6 +30,20 @@ double z(const Mean& a, const Mean& b) {
   return variance > 0 ? (a.value - b.value) / std::sqrt(variance) : (a.value == b.value ? 0 : 99);
 }
 
+/// Scatterings per photon of a row, from photons of its own.
+Mean scatterings(Row& row, std::uint64_t begin) {
+  constexpr int batches = 32;
+  constexpr std::uint64_t photons = 256;  // of a batch
+  double sum = 0, squares = 0;
+  for (int i = 0; i < batches; ++i) {
+    const Sample sample = row.run(begin + static_cast<std::uint64_t>(i) * photons, photons);
+    const double x = static_cast<double>(sample.account.audit.real) / double{photons};
+    sum += x, squares += x * x;
+  }
+  const double value = sum / batches;
+  return {value, (squares / batches - value * value) / (batches - 1)};
+}
+
 double escaped(const FirstFlight& f) { return f.collided ? 0.0 : 1.0; }
 double way(const FirstFlight& f) { return f.length; }
 
@@ -57,18 +71,13 @@ double Result::per_real(Audit::Count count) const {
          / static_cast<double>(std::max<Audit::Count>(account.audit.real, 1));
 }
 
-double Result::collisions_per_second() const {
-  return photons_per_second.median * static_cast<double>(account.audit.real)
-         / static_cast<double>(photons);
-}
-
-Verdict check(Stage& stage) {
+Verdict check(Stage& stage, const std::string& device) {
   Verdict verdict;
   const auto say = [&](bool good, const std::string& line) {
     verdict.lines.push_back((good ? "  ok     " : "  FAILED ") + line);
     verdict.agree = verdict.agree && good;
   };
-  constexpr std::uint64_t flights = 20000;
+  constexpr std::uint64_t flights = 1 << 17;
   const std::vector<FirstFlight> reference = first_flights(stage, "super_voxel_2011", flights, 11);
   std::uint64_t seed = 11;
   for (const char* row :
@@ -81,29 +90,46 @@ Verdict check(Stage& stage) {
                     mean(own, way).value, mean(own, escaped).value, z_way, z_escape));
   }
 
-  auto rows = rows_of(stage, "cpu");
+  // Whole photons, of the very rows that are timed.
   const std::unique_ptr<Row> plain = reference_of_render(stage);
-  const bool same = tally_hash(*rows.back(), 20000) == tally_hash(*plain, 20000);
-  say(same, "tyndall: tally and ledger of 20000 photons, bit for bit those of the plain walk");
-
-  // Steps: their number grows with the resolution, so fewer photons.
-  const auto steps = static_cast<std::uint64_t>(std::max(40, (1 << 19) >> stage.which.octaves));
-  const std::vector<FirstFlight> marched = first_flights(stage, "ray_marching", steps, 31);
-  double expected = 0, variance = 0, truth = 0, observed = 0;
-  for (std::uint64_t i = 0; i < steps; ++i) {
-    const double p = std::exp(-marched_depth(stage, i, 31, 1));
-    expected += p, variance += p * (1 - p);
-    truth += std::exp(-marched_depth(stage, i, 31, 4));
-    observed += escaped(marched[i]);
+  const Mean usual = scatterings(*plain, 0);
+  const std::uint64_t plain_hash = tally_hash(*plain, 20000);
+  std::uint64_t begin = 0;
+  for (const std::unique_ptr<Row>& row : rows_of(stage, device)) {
+    begin += 1 << 20;
+    if (row->name() == "ray_marching") continue;
+    const Mean own = scatterings(*row, begin);
+    say(std::abs(z(own, usual)) < most_z,
+        fmt::format("{}: {:.3f} scatterings per photon; z = {:.2f}", row->name(), own.value,
+                    z(own, usual)));
+    if (row->name().starts_with("tyndall"))
+      say(tally_hash(*row, 20000) == plain_hash,
+          fmt::format("{}: tally and ledger of 20000 photons, bit for bit those of the plain walk",
+                      row->name()));
   }
+
+  // Steps: their number grows with the resolution, so fewer photons. The depth that a photon with
+  // the depth T before it travels is min(tau, T), with the mean 1 - exp(-T).
+  const auto steps = static_cast<std::uint64_t>(std::max(160, (1 << 21) >> stage.which.octaves));
+  const std::vector<FirstFlight> marched = first_flights(stage, "ray_marching", steps, 31);
+  double gone = 0, expected = 0, variance = 0;
+  for (std::uint64_t i = 0; i < steps; ++i) {
+    const double whole = marched_depth(stage, i, 31, 1), left = std::exp(-whole);
+    gone += marched[i].collided ? marched_depth(stage, i, 31, 1, marched[i].length) : whole;
+    expected += 1 - left;
+    variance += 2 * (1 - left * (1 + whole)) - (1 - left) * (1 - left);
+  }
+  constexpr std::uint64_t rays = 40;
+  double bias = 0;
+  for (std::uint64_t i = 0; i < rays; ++i)
+    bias += std::exp(-marched_depth(stage, i, 31, 1)) - std::exp(-marched_depth(stage, i, 31, 4));
   const double n = static_cast<double>(steps);
-  const double z_steps = variance > 0 ? (observed - expected) / std::sqrt(variance)
-                                      : (observed == expected ? 0.0 : 99.0);
+  const double z_steps = variance > 0 ? (gone - expected) / std::sqrt(variance)
+                                      : (gone == expected ? 0.0 : 99.0);
   say(std::abs(z_steps) < most_z,
-      fmt::format(
-          "ray_marching: {:.4f} of {} escape, {:.4f} by its steps (z = {:.2f}); bias of the "
-          "steps {:+.2g}",
-          observed / n, steps, expected / n, z_steps, (expected - truth) / n));
+      fmt::format("ray_marching: {} first flights through a depth of {:.4f}, {:.4f} by its steps "
+                  "(z = {:.2f}); its bias, of the escapes along {} rays: {:+.2g}",
+                  steps, gone / n, expected / n, z_steps, rays, bias / double{rays}));
   return verdict;
 }
 
@@ -112,7 +138,7 @@ std::vector<Result> measure(Stage& stage, const Options& options,
   struct Running {
     std::unique_ptr<Row> grey, color;
     std::uint64_t photons;
-    std::vector<double> rates, color_rates;
+    std::vector<double> rates, color_rates, collision_rates;
     Result result;
   };
   std::vector<Running> all;
@@ -120,7 +146,7 @@ std::vector<Result> measure(Stage& stage, const Options& options,
   auto greys = rows_of(stage, options.device);
   for (std::size_t i = 0; i < greys.size(); ++i) {
     if (!wanted(greys[i]->name())) continue;
-    Running r{std::move(greys[i]), std::move(colors[i]), options.photons, {}, {}, {}};
+    Running r{std::move(greys[i]), std::move(colors[i]), options.photons, {}, {}, {}, {}};
     r.color->store_color();
     r.result.which = stage.which;
     r.result.sampler = r.grey->name();
@@ -146,6 +172,7 @@ std::vector<Result> measure(Stage& stage, const Options& options,
       const auto photons = static_cast<double>(r.photons);
       r.rates.push_back(photons / grey.seconds);
       r.color_rates.push_back(photons / color.seconds);
+      r.collision_rates.push_back(static_cast<double>(grey.account.audit.real) / grey.seconds);
       r.result.photons += r.photons;
       add(r.result.account, grey.account);
     }
@@ -154,6 +181,7 @@ std::vector<Result> measure(Stage& stage, const Options& options,
   for (Running& r : all) {
     r.result.photons_per_second = spread(r.rates);
     r.result.photons_per_second_color = spread(r.color_rates);
+    r.result.collisions_per_second = spread(r.collision_rates);
     results.push_back(r.result);
   }
   return results;

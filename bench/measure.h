@@ -30,11 +30,10 @@ struct Result {
   int threads = 1;
   Account account;  ///< of all repeats
   std::uint64_t photons = 0;
-  Spread photons_per_second, photons_per_second_color;
+  Spread photons_per_second, photons_per_second_color, collisions_per_second;
   double paper = 0;  ///< [1e6 photons/s], 0: not in the paper
 
   double per_real(Audit::Count count) const;
-  double collisions_per_second() const;
 };
 
 /// What a check found.
@@ -43,9 +42,10 @@ struct Verdict {
   std::vector<std::string> lines;
 };
 
-/// Do the unbiased samplers agree in the length and the escape probability of first flights, does
-/// `tyndall` leave the tally of its reference bit for bit, does ray marching follow its own steps?
-Verdict check(Stage& stage);
+/// Do the unbiased samplers agree in the length and the escape probability of first flights, do the
+/// rows of `device` agree in the scatterings of whole photons, does `tyndall` leave the tally of its
+/// reference bit for bit, does ray marching follow its own steps?
+Verdict check(Stage& stage, const std::string& device);
 
 /// Times the rows `wanted`, their repeats interleaved.
 std::vector<Result> measure(Stage& stage, const Options& options,

@@ -175,6 +175,7 @@ std::vector<std::unique_ptr<Row>> rows_of(Stage& stage, const std::string& devic
   add_row("super_voxel_2011", stage.scene16, SuperVoxel2011{});
   add_row("super_voxel_2011/32", stage.scene32, SuperVoxel2011{});
   add_row("super_voxel_2011/64", stage.scene64, SuperVoxel2011{});
+  rows.push_back(reference_of_render(stage));
   if (has_wider_lanes_than_avx2())
     rows.push_back(
         std::make_unique<BackendRow>("tyndall/avx2", stage, make_cpu_backend(stage.threads, "v3")));
@@ -183,8 +184,8 @@ std::vector<std::unique_ptr<Row>> rows_of(Stage& stage, const std::string& devic
 }
 
 std::unique_ptr<Row> reference_of_render(const Stage& stage) {
-  return std::make_unique<ReferenceRow<SuperVoxel>>("reference", stage.usual, SuperVoxel{},
-                                                    stage.threads);
+  return std::make_unique<ReferenceRow<SuperVoxel>>("super_voxel_squeezed", stage.usual,
+                                                    SuperVoxel{}, stage.threads);
 }
 
 std::vector<FirstFlight> first_flights(const Stage& stage, const std::string& row,
@@ -199,18 +200,20 @@ std::vector<FirstFlight> first_flights(const Stage& stage, const std::string& ro
   return fly(stage, stage.usual, SuperVoxel{}, count, seed);
 }
 
-double marched_depth(const Stage& stage, std::uint64_t index, std::uint64_t seed, int refine) {
+double marched_depth(const Stage& stage, std::uint64_t index, std::uint64_t seed, int refine,
+                     double most) {
   return std::visit(
       [&](const auto& medium) {
         const Path path = first_path(stage, index, seed);
         SuperVoxelWalk walk(medium.whole, path.ray);
         const float step = finest_voxel(stage.which) / static_cast<float>(refine);
         double depth = 0;
-        for (;;) {
+        for (double left = most;;) {
           const float length = min(step, walk.length_to_exit());
           const Vec3f middle = walk.position() + 0.5f * length * walk.direction();
-          depth += double{total_sigma_t(medium, middle)} * double{length};
-          if (length < step) return depth;
+          depth += double{total_sigma_t(medium, middle)} * std::min(left, double{length});
+          left -= double{length};
+          if (length < step || left <= 0) return depth;
           walk.advance(length);
         }
       },

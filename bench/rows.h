@@ -43,7 +43,7 @@ class Row {
 std::vector<std::unique_ptr<Row>> rows_of(Stage& stage, const std::string& device);
 
 /// The plain walk, photon by photon, over the super-voxels that `tyndall render` uses: what it must
-/// equal bit for bit.
+/// equal bit for bit, and what it is without lanes.
 std::unique_ptr<Row> reference_of_render(const Stage& stage);
 
 /// One first flight of a photon: where its row would take it.
@@ -54,8 +54,9 @@ struct FirstFlight {
 std::vector<FirstFlight> first_flights(const Stage& stage, const std::string& row,
                                        std::uint64_t count, std::uint64_t seed);
 
-/// Optical depth along the first flight of photon `index`: of the steps of ray marching, or of
-/// `refine` times finer ones.
-double marched_depth(const Stage& stage, std::uint64_t index, std::uint64_t seed, int refine);
+/// Optical depth before photon `index`, as far as `most` or to the other side: of the steps of ray
+/// marching, or of `refine` times finer ones.
+double marched_depth(const Stage& stage, std::uint64_t index, std::uint64_t seed, int refine,
+                     double most = 1e30);
 
 }  // namespace tyndall::bench

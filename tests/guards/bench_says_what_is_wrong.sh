@@ -21,6 +21,14 @@ refuses 2 "no row has such a name" --filter nothing
 refuses 2 "no regular expression" --filter '('
 refuses 2 "--repeats" --repeats 0
 refuses 2 "--seconds" --seconds 0
+refuses 2 "--seconds" --seconds nan
+refuses 2 "--photons" --photons -1
+if ! "$bench" --device cuda --list >"$folder/rows"; then
+  refuses 7 "no CUDA" --device cuda
+elif grep -vq '/tyndall$' "$folder/rows"; then
+  echo "tyndall-bench --device cuda --list names rows of the CPU" >&2
+  exit 1
+fi
 refuses 5 "$folder/none/rows.json" --filter 'LV/256.*/woodcock$' --json "$folder/none/rows.json"
 refuses 5 "$folder" --filter 'LV/256.*/woodcock$' --html "$folder"
 
