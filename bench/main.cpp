@@ -41,17 +41,18 @@ void print(const std::vector<Result>& results) {
   double paper_base = 0;
   for (const Result& r : results)
     if (r.sampler == "super_voxel_2011") paper_base = r.paper;
-  std::printf("  %-21s %12s %23s %12s %12s %23s %8s %8s | %9s %8s %8s %8s %8s\n", "sampler", "photons/s",
-              "least .. most", "RGB order 1", "collisions/s", "least .. most", "ratio", "paper's", "tent/real",
-              "look-ups", "octaves", "cells", "scatter");
+  std::printf("  %-21s %12s %23s %12s %12s %23s %8s %8s | %9s %8s %8s %8s %8s\n", "sampler",
+              "photons/s", "least .. most", "RGB order 1", "collisions/s", "least .. most", "ratio",
+              "paper's", "tent/real", "look-ups", "octaves", "cells", "scatter");
   for (const Result& r : results) {
     const Audit& a = r.account.audit;
     const auto flights = static_cast<double>(std::max<Audit::Count>(a.flights, 1));
     std::printf(
-        "  %-21s %12.4g %10.4g .. %9.4g %12.4g %12.4g %10.4g .. %9.4g %8s %8s | %9.3f %8.3f %8.2f %8.2f %8.2f\n",
+        "  %-21s %12.4g %10.4g .. %9.4g %12.4g %12.4g %10.4g .. %9.4g %8s %8s | %9.3f %8.3f %8.2f "
+        "%8.2f %8.2f\n",
         r.sampler.c_str(), r.photons_per_second.median, r.photons_per_second.least,
-        r.photons_per_second.most, r.photons_per_second_color.median, r.collisions_per_second.median,
-        r.collisions_per_second.least, r.collisions_per_second.most,
+        r.photons_per_second.most, r.photons_per_second_color.median,
+        r.collisions_per_second.median, r.collisions_per_second.least, r.collisions_per_second.most,
         base > 0 ? fmt::format("{:.3g}", r.photons_per_second.median / base).c_str() : "-",
         r.paper > 0 && paper_base > 0 ? fmt::format("{:.3g}", r.paper / paper_base).c_str() : "-",
         r.per_real(a.tentative), r.per_real(a.lookups), r.per_real(a.octaves),
@@ -71,7 +72,8 @@ std::string json(const std::vector<Result>& results) {
         "\"device\": \"{}\", \"threads\": {}, \"photons_per_second\": {:.6g}, "
         "\"photons_per_second_least\": {:.6g}, \"photons_per_second_most\": {:.6g}, "
         "\"photons_per_second_rgb_order_1\": {:.6g}, \"real_collisions_per_second\": {:.6g}, "
-        "\"real_collisions_per_second_least\": {:.6g}, \"real_collisions_per_second_most\": {:.6g}, "
+        "\"real_collisions_per_second_least\": {:.6g}, \"real_collisions_per_second_most\": "
+        "{:.6g}, "
         "\"tentative_per_real\": {:.6g}, \"lookups_per_real\": {:.6g}, \"octaves_per_real\": "
         "{:.6g}, "
         "\"cells_per_flight\": {:.6g}, \"scatterings_per_photon\": {:.6g}, \"paper\": {:.6g}}}",
@@ -86,10 +88,15 @@ std::string json(const std::vector<Result>& results) {
   return text + "\n]\n";
 }
 
-const char* const samplers[] = {"ray_marching",        "woodcock",
-                                "woodcock_squeezed",   "super_voxel_2011",
-                                "super_voxel_2011/32", "super_voxel_2011/64", "super_voxel_squeezed",
-                                "tyndall/avx2",        "tyndall"};
+const char* const samplers[] = {"ray_marching",
+                                "woodcock",
+                                "woodcock_squeezed",
+                                "super_voxel_2011",
+                                "super_voxel_2011/32",
+                                "super_voxel_2011/64",
+                                "super_voxel_squeezed",
+                                "tyndall/avx2",
+                                "tyndall"};
 
 /// A number that may be written 1e4; not a number is none.
 CLI::Validator number(double low, double high) {
@@ -177,8 +184,7 @@ int run(int argc, char** argv) {
     results.insert(results.end(), own.begin(), own.end());
   }
   if (list) return 0;
-  if (results.empty())
-    throw Error(ExitCode::usage, "no row has such a name");
+  if (results.empty()) throw Error(ExitCode::usage, "no row has such a name");
   if (json_output) json_output->write(json(results)), json_output->commit();
   if (html_output) html_output->write(page(results)), html_output->commit();
   return 0;

@@ -110,7 +110,7 @@ Verdict check(Stage& stage, const std::string& device) {
 
   // Steps: their number grows with the resolution, so fewer photons. The depth that a photon with
   // the depth T before it travels is min(tau, T), with the mean 1 - exp(-T).
-  const auto steps = static_cast<std::uint64_t>(std::max(160, (1 << 21) >> stage.which.octaves));
+  const auto steps = static_cast<std::uint64_t>(std::max(400, (1 << 21) >> stage.which.octaves));
   const std::vector<FirstFlight> marched = first_flights(stage, "ray_marching", steps, 31);
   double gone = 0, expected = 0, variance = 0;
   for (std::uint64_t i = 0; i < steps; ++i) {
@@ -124,8 +124,8 @@ Verdict check(Stage& stage, const std::string& device) {
   for (std::uint64_t i = 0; i < rays; ++i)
     bias += std::exp(-marched_depth(stage, i, 31, 1)) - std::exp(-marched_depth(stage, i, 31, 4));
   const double n = static_cast<double>(steps);
-  const double z_steps = variance > 0 ? (gone - expected) / std::sqrt(variance)
-                                      : (gone == expected ? 0.0 : 99.0);
+  const double z_steps =
+      variance > 0 ? (gone - expected) / std::sqrt(variance) : (gone == expected ? 0.0 : 99.0);
   say(std::abs(z_steps) < most_z,
       fmt::format("ray_marching: {} first flights through a depth of {:.4f}, {:.4f} by its steps "
                   "(z = {:.2f}); its bias, of the escapes along {} rays: {:+.2g}",

@@ -43,8 +43,8 @@ struct Verdict {
 };
 
 /// Do the unbiased samplers agree in the length and the escape probability of first flights, do the
-/// rows of `device` agree in the scatterings of whole photons, does `tyndall` leave the tally of its
-/// reference bit for bit, does ray marching follow its own steps?
+/// rows of `device` agree in the scatterings of whole photons, does `tyndall` leave the tally of
+/// its reference bit for bit, does ray marching follow its own steps?
 Verdict check(Stage& stage, const std::string& device);
 
 /// Times the rows `wanted`, their repeats interleaved.
