@@ -131,9 +131,9 @@ void density_squeezed(benchmark::State& state, const Cloud& (*prepared)()) {
   const Cloud& cloud = prepared();
   std::int64_t octaves = 0;
   each(state, [&](std::size_t i) {
-    int summed = 0;
-    const bool real = cloud.medium.single.exceeds(cloud.at[i], cloud.v[i], summed);
-    octaves += summed;
+    Lookups lookups;
+    const bool real = cloud.medium.single.exceeds(cloud.at[i], cloud.v[i], lookups);
+    octaves += lookups.octaves;
     return real;
   });
   state.counters["octaves"] =
@@ -145,7 +145,7 @@ void density_grid_trilinear(benchmark::State& state) {
   std::vector<float> values;
   for (std::size_t i = 0; i < std::size_t{n} * n * n; ++i)
     values.push_back(in.weight[i % inputs].x);
-  const DenseGrid grid{values.data(), n, n, n, false};
+  const DenseGrid grid{values.data(), n, n, n, false, {}};
   each(state, [&](std::size_t i) { return grid.density(in.point[i]); });
 }
 

@@ -154,22 +154,22 @@ class Batch {
     audit_.lookups += audited + some_.count;
     for (int a = 0; a < audited; ++a) {
       const int l = lanes_.listed[a];
-      LookupCount count;
+      Lookups lookups;
       const auto cell = static_cast<std::size_t>(lanes_.cell[l]);
       lanes_.real[l] =
-          is_real(grid_, c, component, cell, lanes_.v[l], position(l), count, Decision::audited);
-      audit_.octaves += count.octaves;
-      audit_.violations += count.violations;
+          is_real(grid_, c, component, cell, lanes_.v[l], position(l), lookups, Decision::audited);
+      audit_.octaves += lookups.octaves;
+      audit_.violations += lookups.violations;
     }
     if (const NoiseCloud* cloud = noise_cloud(component.field)) {
       audit_.octaves +=
           stages_.decide(some_, lanes_, *cloud, component.to_field, component.extinction);
       return;
     }
+    Lookups lookups;
     for (int m = 0; m < some_.count; ++m) {
-      int octaves = 0;
       lanes_.real[some_.lane[m]] =
-          component.exceeds({some_.x[m], some_.y[m], some_.z[m]}, some_.v[m], octaves);
+          component.exceeds({some_.x[m], some_.y[m], some_.z[m]}, some_.v[m], lookups);
     }
   }
 
@@ -338,8 +338,9 @@ class MatterBatch {
         add_cloud(*cloud, component, sums);
         continue;
       }
+      TreeNodes nodes;
       for (int m = 0; m < points_.count; ++m) {
-        const float sigma_t = component.sigma_t({points_.x[m], points_.y[m], points_.z[m]});
+        const float sigma_t = component.sigma_t({points_.x[m], points_.y[m], points_.z[m]}, nodes);
         if (sigma_t > pass_.least()) sums[m] = sums[m] + sigma_t;
       }
     }
@@ -417,6 +418,7 @@ void run_lanes(const MatterPass<Medium>& pass, std::uint64_t begin, std::uint64_
 TYNDALL_INSTANTIATE(SingleMedium<Solid>)
 TYNDALL_INSTANTIATE(SingleMedium<NoiseCloud>)
 TYNDALL_INSTANTIATE(SingleMedium<DenseGrid>)
+TYNDALL_INSTANTIATE(SingleMedium<SparseGrid>)
 TYNDALL_INSTANTIATE(MixedMedium)
 
 }  // namespace tyndall

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -21,6 +22,7 @@
 #include <glm/vec3.hpp>
 
 #include "io/json_text.h"
+#include "io/volume_file.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 
@@ -57,6 +59,9 @@ class Reader {
   void error_at_key(const Node& node, const std::string& message) {
     errors.push_back({node.source, node.key_offset, path_, message});
   }
+  void warning(const Node& node, const std::string& message) {
+    warnings.push_back({node.source, node.offset, path_, message});
+  }
   void expected(const Node& node, const std::string& what) {
     error(node, fmt::format("expected {}, got {}", what, quote(node)));
   }
@@ -89,6 +94,8 @@ class Reader {
   std::vector<Finding> errors;
   std::vector<std::string> unread;
   std::vector<std::string> inputs;  ///< files that were read beside the scene
+  std::vector<Finding> warnings;
+  std::map<std::string, LoadedVolume> volumes;  ///< by file and grid: each is read once
 
  private:
   std::filesystem::path folder_;
@@ -326,18 +333,19 @@ Key<T> key(const std::string& name, V T::*member, const Kind<V>& kind, const std
 template <class T, class V, class Set>
 Key<T> setter(const std::string& name, const V& initial, const Set& set, const Kind<V>& kind,
               const std::string& unit, const std::string& doc) {
-  return {name,
-          {kind.expected,
-           [=](Reader& reader, const Node& node, T& object) {
-             V value = initial;
-             const std::size_t errors = reader.errors.size();
-             kind.read(reader, node, value);
-             if (reader.errors.size() == errors) set(object, value);
-           },
-           kind.schema,
-           [=](const T&, const std::string& indent) { return kind.list(initial, indent); }},
-          unit,
-          doc};
+  return {
+      name,
+      {kind.expected,
+       [=](Reader& reader, const Node& node, T& object) {
+         V value = initial;
+         const std::size_t errors = reader.errors.size();
+         kind.read(reader, node, value);
+         if (reader.errors.size() == errors) set(object, value);
+       },
+       kind.schema, [=](const T&, const std::string& indent) { return kind.list(initial, indent); },
+       kind.others, kind.composite},
+      unit,
+      doc};
 }
 
 template <class T>

@@ -18,13 +18,21 @@
 
 #include "io/json_table.h"
 #include "io/json_text.h"
+#include "io/sha256.h"
+#include "io/volume_file.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
+#include "tyndall/render/volume.h"
 
 namespace tyndall::io {
 namespace {
 
 using namespace scene;
+using scene::Component;
+using scene::DenseGrid;
+using scene::NoiseCloud;
+using scene::Remap;
+using scene::Solid;
 namespace fs = std::filesystem;
 
 // ---- The table. Defaults are those of the structs (scene.h), ranges those of check(). ----
@@ -152,6 +160,131 @@ void load_values(Reader& reader, const Node& node, DenseGrid& grid) {
     damaged(path.string() + ": " + problem);
 }
 
+// ---- Volumes from files
+
+/// What a scene says of one, and what becomes of it.
+struct VolumeSource {
+  std::string file;
+  std::optional<std::string> grid;
+  std::string sha256;
+  int voxels = 256;  ///< of a mesh, along its longest side
+  scene::SparseGrid field;
+};
+
+void check_digest(const fs::path& path, const std::string& expected) {
+  std::string digest = sha256_of_file(path.string());
+  if (digest != expected)
+    throw Error(ExitCode::input_missing,
+                fmt::format("{}: its SHA-256 is {}: another file than the one that was meant",
+                            path.string(), digest));
+}
+
+/// \param load reads the file at its path, unless that was done before.
+template <class Load>
+void load_source(Reader& reader, const Node& node, VolumeSource& source, const std::string& what,
+                 const Load& load) {
+  const Node& name = *child(node, "file");
+  const fs::path path = reader.file(source.file);
+  reader.within("file", [&] {
+    try {
+      if (!source.sha256.empty()) check_digest(path, source.sha256);
+      const std::string known = path.lexically_normal().string() + what;
+      auto found = reader.volumes.find(known);
+      if (found == reader.volumes.end()) {
+        found = reader.volumes.emplace(known, load(path.string())).first;
+        reader.inputs.push_back(path.string());
+        for (const std::string& warning : found->second.warnings)
+          reader.warning(name, path.string() + ": " + warning);
+      }
+      source.field.volume = found->second.volume;
+    } catch (const Error& error) {
+      reader.error(name, error.what(), error.code());
+    }
+  });
+}
+
+template <class Source>
+std::vector<Key<Source>> volume_keys(const char* file_doc) {
+  using Fit = scene::SparseGrid::Fit;
+  return {required(key("file", &Source::file, text("the name of a file"), "",
+                       std::string(file_doc) + "; the name is relative to the scene's folder")),
+          key("sha256", &Source::sha256, text("64 hexadecimal digits, in lower case"), "",
+              "of the file: another one is refused"),
+          setter<Source>(
+              "fit", Fit::none, [](Source& s, const Fit& fit) { s.field.fit = fit; },
+              choice<Fit>({{"none", Fit::none}, {"unit_cube", Fit::unit_cube}}), "",
+              "unit_cube: moved and scaled until it just fits into the unit cube of field space; "
+              "none: field space is the file's own")};
+}
+
+Kind<Remap> remap() {
+  return object<Remap>(
+      {key("scale", &Remap::scale, number(limits::remap), "", "values are multiplied by it"),
+       key("offset", &Remap::offset, number(limits::remap), "", "then it is added"),
+       setter<Remap>(
+           "clamp", glm::dvec2(Remap{}.low, Remap{}.high),
+           [](Remap& r, const glm::dvec2& clamp) { r.low = clamp.x, r.high = clamp.y; },
+           tuple<glm::dvec2>("low, high", number(limits::density)), "",
+           "then what is beyond is cut"),
+       key("gamma", &Remap::gamma, number(limits::gamma), "", "power that is taken at last")});
+}
+
+Kind<Interpolation> interpolation() {
+  return choice<Interpolation>(
+      {{"trilinear", Interpolation::trilinear}, {"nearest", Interpolation::nearest}});
+}
+
+Case<Field> vdb() {
+  std::vector<Key<VolumeSource>> keys = volume_keys<VolumeSource>("a .vdb or .nvdb file");
+  keys.push_back(setter<VolumeSource>(
+      "grid", std::string("density"),
+      [](VolumeSource& s, const std::string& grid) { s.grid = grid; }, text("the name of a grid"),
+      "", "which of the file's grids; \"density[1]\" is the second one of that name"));
+  keys.push_back(setter<VolumeSource>(
+      "interpolation", Interpolation::trilinear,
+      [](VolumeSource& s, const Interpolation& i) { s.field.interpolation = i; }, interpolation(),
+      "", "between the voxels"));
+  keys.push_back(setter<VolumeSource>(
+      "remap", Remap{}, [](VolumeSource& s, const Remap& r) { s.field.remap = r; }, remap(), "",
+      "what densities are made of the values"));
+  return one<Field, VolumeSource>(
+      "vdb",
+      "a grid of an OpenVDB or NanoVDB file; a level set is a solid; where there are no voxels its "
+      "background counts",
+      std::move(keys),
+      {{},
+       false,
+       [](Reader& reader, const Node& node, VolumeSource& source) {
+         const std::string what = source.grid ? "\n" + *source.grid : "";
+         load_source(reader, node, source, what, [&](const std::string& path) {
+           return load_volume(path, "density", source.grid);
+         });
+         const Volume* volume = source.field.volume.get();
+         if (volume && volume->is_level_set() && !source.grid)
+           reader.warning(node,
+                          "this grid is a level set, a surface: what is inside is a solid of "
+                          "density 1");
+       }},
+      [](const VolumeSource& source) { return Field(source.field); });
+}
+
+Case<Field> mesh() {
+  std::vector<Key<VolumeSource>> keys = volume_keys<VolumeSource>("an .obj mesh");
+  keys.push_back(key("voxels", &VolumeSource::voxels, integer<int>(limits::mesh_voxels), "",
+                     "along its longest side"));
+  return one<Field, VolumeSource>(
+      "mesh", "density 1 within a closed mesh; a shell two voxels thick along an open one",
+      std::move(keys),
+      {{},
+       false,
+       [](Reader& reader, const Node& node, VolumeSource& source) {
+         const std::string what = fmt::format("\n{}", source.voxels);
+         load_source(reader, node, source, what,
+                     [&](const std::string& path) { return load_mesh(path, source.voxels); });
+       }},
+      [](const VolumeSource& source) { return Field(source.field); });
+}
+
 Case<Field> grid() {
   return one<Field, DenseGrid>(
       "grid", "voxels in the unit cube, each value at its voxel's centre; x runs fastest",
@@ -164,10 +297,8 @@ Case<Field> grid() {
            [](DenseGrid&, const std::string&) {},  // see load_values
            text("the name of a file"), "",
            "densities as 32-bit floats, little endian; the name is relative to the scene's folder"),
-       key("interpolation", &DenseGrid::interpolation,
-           choice<Interpolation>(
-               {{"trilinear", Interpolation::trilinear}, {"nearest", Interpolation::nearest}}),
-           "", "between the voxels")},
+       key("interpolation", &DenseGrid::interpolation, interpolation(), "", "between the voxels"),
+       key("remap", &DenseGrid::remap, remap(), "", "what densities are made of the values")},
       {{{"values"}, {"file"}}, true, load_values});
 }
 
@@ -181,7 +312,7 @@ Kind<Field> field() {
        one<Field, Capsule>("capsule", "density 1 inside a capsule", capsule(), {}, solid),
        one<Field>("noise_cloud", "density clamp(contrast (noise + coverage - falloff q), 0, 1)",
                   noise_cloud()),
-       grid()});
+       grid(), vdb(), mesh()});
 }
 
 Kind<Phase> phase() {
@@ -280,7 +411,8 @@ Kind<Medium> medium() {
            "box",
            {key("min", &Medium::box_min, vector(limits::coordinate), "length", "lower corner"),
             key("max", &Medium::box_max, vector(limits::coordinate), "length", "upper corner")},
-           "outside of it there is nothing"),
+           "outside of it there is nothing; where it is not given and all fields are volumes from "
+           "files, it holds them all"),
        key("sides", &Medium::sides, tuple<std::array<Side, 3>>("x, y, z", side), "",
            "of the box: light leaves through open ones and comes back on the other side of "
            "periodic ones"),
@@ -458,6 +590,19 @@ bool related(std::string_view a, std::string_view b) {
   throw Error(only_files ? ExitCode::input_missing : ExitCode::scene_invalid, lines);
 }
 
+/// Where all fields are volumes, which end where their voxels do: the box that holds them.
+void enclose_volumes(Medium& medium) {
+  glm::dvec3 low(1e300), high(-1e300);
+  for (const Component& c : medium.components) {
+    const auto* grid = std::get_if<scene::SparseGrid>(&c.field);
+    if (!grid || !grid->volume) return;
+    const ActiveBounds box =
+        active_box(*grid->volume, c.transform * fitted(*grid) * grid->volume->to_world());
+    low = glm::min(low, box.low), high = glm::max(high, box.high);
+  }
+  if (low.x <= high.x) medium.box_min = low, medium.box_max = high;
+}
+
 /// Of another version every key may differ: its other errors would be noise.
 void refuse_other_versions(const Node& root) {
   const Node* version = root.value.is_object() ? child(root, "tyndall") : nullptr;
@@ -490,6 +635,9 @@ SceneFile read_scene(const std::string& path, const std::vector<std::string>& ov
   Scene scene;
   table().read(reader, root, scene);
 
+  const Node* medium = child(root, "medium");
+  if (medium && !child(*medium, "box")) enclose_volumes(scene.medium);
+
   const Problems problems = check(scene);
   const auto finding = [&](const Problem& problem) {
     const Node& node = nearest_node(root, problem.path);
@@ -505,6 +653,7 @@ SceneFile read_scene(const std::string& path, const std::vector<std::string>& ov
   }
   if (!errors.empty()) throw_all(std::move(errors));
   std::vector<std::string> warnings, inputs{path};
+  for (const Finding& warning : reader.warnings) warnings.push_back(warning.text());
   for (const Problem& warning : problems.warnings) warnings.push_back(finding(warning).text());
   inputs.insert(inputs.end(), reader.inputs.begin(), reader.inputs.end());
   return {std::move(scene), std::move(warnings), std::move(inputs)};

@@ -6,6 +6,8 @@
 
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <glm/integer.hpp>
+#include <glm/vector_relational.hpp>
 
 #include "render/noise_samples.h"
 
@@ -130,6 +132,141 @@ Bounds shape_bounds(const NoiseCloud& f, const Region& r, int n) {
   return {all.lower - rounded, all.upper + rounded};
 }
 
+// ---- Voxels
+
+/// Of all densities that `remap` makes of values in `values`, its rounding included.
+Bounds remapped(const Remap& remap, Bounds values) {
+  const bool moves = remap.scale != 1.0f || remap.offset != 0.0f;
+  const Bounds scaled = double{remap.scale} * values;
+  const double rounded =
+      moves ? 4 * half_ulp * (largest_magnitude(scaled) + std::abs(double{remap.offset})) : 0.0;
+  const auto clamped = [&](double x) {
+    return std::clamp(x + remap.offset, double{remap.low}, double{remap.high});
+  };
+  Bounds density{clamped(scaled.lower - rounded), clamped(scaled.upper + rounded)};
+  if (remap.gamma != 1.0f) {
+    constexpr double error = 3e-5;  // of power(), relative
+    density.lower = (1 - error) * power(static_cast<float>(density.lower), remap.gamma);
+    density.upper = (1 + error) * power(static_cast<float>(density.upper), remap.gamma);
+  }
+  return density;
+}
+
+/// What single precision may add to or take from a position, in voxels.
+double position_rounding(double x) { return 2 * half_ulp * std::abs(x) + 1e-6; }
+
+double clamp_to_reach(double x) {
+  return std::clamp(x, -double{SparseGrid::reach}, double{SparseGrid::reach});
+}
+
+/// The values of all voxels of a box, from the extremes of the nodes within it: the effort grows
+/// with its surface, not with its volume, and where there are no nodes there is none.
+class VoxelRange {
+ public:
+  struct Voxels {
+    glm::ivec3 low, high;  ///< both belong to it
+  };
+
+  VoxelRange(const SparseGrid& grid, const Voxels& box) : grid_(grid), box_(box) {
+    using Root = SparseTree<float>::Root;
+    const auto* root = reinterpret_cast<const Root::DataType*>(grid.tree.bytes + grid.tree.root);
+    double covered = 0;
+    for (std::uint32_t n = 0; n < root->mTableSize; ++n) {
+      const auto* tile = root->tile(n);
+      // 21 bits each, of which the sign is the first of 32.
+      const auto coordinate = [&](int shift) {
+        return static_cast<int>(static_cast<std::uint32_t>(tile->key >> shift & 0x1fffffu) << 12);
+      };
+      const glm::ivec3 origin(coordinate(42), coordinate(21), coordinate(0));
+      const Voxels part = within(origin, Upper::DIM);
+      const double voxels = count(part);
+      if (voxels == 0) continue;
+      covered += voxels;
+      if (tile->isChild())
+        add(*root->getChild(tile), origin);
+      else
+        add(tile->value);
+    }
+    if (covered < count(box_)) add(root->mBackground);
+  }
+
+  Bounds bounds() const { return {low_, high_}; }
+
+ private:
+  using Upper = SparseTree<float>::Upper;
+  using Leaf = SparseTree<float>::Leaf;
+
+  /// The part of a node that the box covers.
+  Voxels within(glm::ivec3 origin, int edge) const {
+    return {glm::max(box_.low, origin), glm::min(box_.high, origin + (edge - 1))};
+  }
+  static double count(const Voxels& v) {
+    if (glm::any(glm::greaterThan(v.low, v.high))) return 0;
+    const glm::dvec3 edges = glm::dvec3(v.high) - glm::dvec3(v.low) + 1.0;
+    return edges.x * edges.y * edges.z;
+  }
+  static bool is_whole(const Voxels& v, int edge) { return v.high - v.low == glm::ivec3(edge - 1); }
+
+  void add(float value) {
+    low_ = std::min(low_, double{value});
+    high_ = std::max(high_, double{value});
+  }
+
+  template <class Node>
+  void add(const Node& node, glm::ivec3 origin) {
+    using Child = typename Node::ChildNodeType;
+    const Voxels part = within(origin, Node::DIM);
+    const auto* data = node.data();
+    if (is_whole(part, Node::DIM)) {
+      add(data->mMinimum);
+      add(data->mMaximum);
+      return;
+    }
+    constexpr int shift = Child::TOTAL;
+    const glm::ivec3 first = (part.low - origin) >> shift, last = (part.high - origin) >> shift;
+    for (int i = first.x; i <= last.x; ++i) {
+      for (int j = first.y; j <= last.y; ++j) {
+        for (int k = first.z; k <= last.z; ++k) {
+          const auto n =
+              static_cast<std::uint32_t>((i << 2 * Node::LOG2DIM) + (j << Node::LOG2DIM) + k);
+          if (data->mChildMask.isOn(n))
+            add(*data->getChild(n), origin + (glm::ivec3(i, j, k) << shift));
+          else
+            add(data->mTable[n].value);
+        }
+      }
+    }
+  }
+
+  void add(const Leaf& leaf, glm::ivec3 origin) {
+    const Voxels part = within(origin, 8);
+    grid_.with_leaf(&leaf, [&]<class Data>(const Data& data) {
+      if (is_whole(part, 8)) {
+        add_extremes(data);
+      } else {
+        for (int i = part.low.x; i <= part.high.x; ++i)
+          for (int j = part.low.y; j <= part.high.y; ++j)
+            for (int k = part.low.z; k <= part.high.z; ++k)
+              add(data.getValue(SparseGrid::offset(nanovdb::Coord(i, j, k))));
+      }
+      return 0.0f;
+    });
+  }
+  void add_extremes(const SparseGrid::LeafData<float>& data) {
+    add(data.mMinimum);
+    add(data.mMaximum);
+  }
+  template <class Data>
+  void add_extremes(const Data& data) {  // quantised
+    add(data.mMinimum);
+    add(static_cast<float>((1u << data.bitWidth()) - 1u) * data.mQuantum + data.mMinimum);
+  }
+
+  const SparseGrid& grid_;
+  Voxels box_;
+  double low_ = 1e300, high_ = -1e300;
+};
+
 }  // namespace
 
 Bounds density_bounds(const Solid& field, const Region& region) {
@@ -195,9 +332,34 @@ Bounds density_bounds(const DenseGrid& field, const Region& region) {
       }
     }
   }
+  const double slack = field.nearest ? 0.0 : interpolation_rounding * highest;
+  const Bounds values = remapped(field.remap, {lowest - slack, highest + slack});
+  return {inside ? values.lower : 0.0, values.upper};
+}
+
+Bounds density_bounds(const SparseGrid& field, const Region& region) {
+  const auto first = [&](double x) {
+    const double shifted = clamp_to_reach(x + (field.nearest ? 0.5 : 0.0));
+    return static_cast<int>(std::floor(shifted - position_rounding(shifted)));
+  };
+  const auto last = [&](double x) {
+    const double shifted = clamp_to_reach(x + (field.nearest ? 0.5 : 0.0));
+    return static_cast<int>(std::floor(shifted + position_rounding(shifted)))
+           + (field.nearest ? 0 : 1);
+  };
+  const glm::dvec3 low = region.center - region.half, high = region.center + region.half;
+  const glm::ivec3 origin(field.origin[0], field.origin[1], field.origin[2]);
+  const Bounds values =
+      VoxelRange(field, {origin + glm::ivec3(first(low.x), first(low.y), first(low.z)),
+                         origin + glm::ivec3(last(high.x), last(high.y), last(high.z))})
+          .bounds();
   const double slack =
-      field.nearest ? 0.0 : 1e-6 * highest;  // a lerp may pass its ends by some ulp
-  return {inside ? std::max(0.0, lowest - slack) : 0.0, highest + slack};
+      field.nearest
+          ? 0.0
+          : interpolation_rounding * (values.upper - values.lower + largest_magnitude(values));
+  const Bounds between{values.lower - slack, values.upper + slack};
+  if (field.solid) return {between.upper <= 0 ? 1.0 : 0.0, between.lower > 0 ? 0.0 : 1.0};
+  return remapped(field.remap, between);
 }
 
 Bounds density_bounds(const AnyField& field, const Region& region) {
@@ -208,6 +370,8 @@ Bounds density_bounds(const AnyField& field, const Region& region) {
       return density_bounds(field.noise_cloud, region);
     case AnyField::Kind::dense_grid:
       return density_bounds(field.dense_grid, region);
+    case AnyField::Kind::sparse_grid:
+      return density_bounds(field.sparse_grid, region);
   }
   return {0, 0};
 }

@@ -10,6 +10,8 @@
 #include <glm/matrix.hpp>
 
 #include "render/scene_values.h"
+#include "tyndall/base/math.h"
+#include "tyndall/render/volume.h"
 #include "tyndall/transport/illumination.h"
 #include "tyndall/transport/ledger.h"
 
@@ -21,6 +23,27 @@ using namespace scene;
 constexpr const char* axis_names = "xyz";
 
 glm::dvec3 magnitudes(const glm::dvec3& v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
+
+double largest_density(const scene::Remap& r, double low, double high) {
+  const auto clamped = [&](double x) {
+    return std::max(std::min(r.scale * x + r.offset, r.high), r.low);  // NaN stays
+  };
+  const auto most = static_cast<float>(std::max(clamped(low), clamped(high)));
+  return r.gamma == 1 ? most : power(most, static_cast<float>(r.gamma));
+}
+
+/// Expects values in their ranges.
+double largest_density(const Field& field) {
+  if (const auto* grid = std::get_if<scene::DenseGrid>(&field); grid && !grid->values.empty()) {
+    const auto ends = std::minmax_element(grid->values.begin(), grid->values.end());
+    return largest_density(grid->remap, *ends.first, *ends.second);
+  }
+  if (const auto* grid = std::get_if<scene::SparseGrid>(&field); grid && grid->volume) {
+    const Volume& v = *grid->volume;
+    return v.is_level_set() ? 1.0 : largest_density(grid->remap, v.minimum(), v.maximum());
+  }
+  return 1.0;
+}
 
 /// Lengths and angles are judged in double precision: what is parallel to 1e-6 is parallel.
 constexpr double parallel = 1e-6;
@@ -120,10 +143,10 @@ class Checker {
 
   /// Without open sides only absorption ends a walk.
   void walks_end() {
-    const auto absorbs = [](const Component& c) {
+    const auto absorbs = [](const scene::Component& c) {
       return c.extinction > 0 && largest(c.albedo) < 1;
     };
-    const std::vector<Component>& components = scene_.medium.components;
+    const std::vector<scene::Component>& components = scene_.medium.components;
     if (std::none_of(components.begin(), components.end(), absorbs)) {
       error("medium.sides",
             "with three periodic sides light never leaves: at least one component needs an "
@@ -132,7 +155,7 @@ class Checker {
     }
   }
 
-  void component(const std::string& path, const Component& c) {
+  void component(const std::string& path, const scene::Component& c) {
     if (number(path + ".extinction", c.extinction, limits::extinction)) extinction(path, c);
     vector(path + ".albedo", c.albedo, limits::albedo);
     if (const auto* hg = std::get_if<HenyeyGreensteinPhase>(&c.phase))
@@ -140,19 +163,18 @@ class Checker {
     transform(path + ".transform", c.transform);
 
     const std::string field = path + ".field";
-    std::visit(Overloaded{[&](const Solid& solid) { body(field, solid.body); },
-                          [&](const NoiseCloud& cloud) { noise(field, cloud); },
-                          [&](const DenseGrid& grid) { dense_grid(path, grid); }},
+    std::visit(Overloaded{[&](const scene::Solid& solid) { body(field, solid.body); },
+                          [&](const scene::NoiseCloud& cloud) { noise(field, cloud); },
+                          [&](const scene::DenseGrid& grid) { dense_grid(path, grid); },
+                          [&](const scene::SparseGrid& grid) { sparse_grid(path, c, grid); }},
                c.field);
   }
 
   /// Where the mean free path nears what positions resolve, flights would stand still.
-  void extinction(const std::string& path, const Component& c) {
+  void extinction(const std::string& path, const scene::Component& c) {
     if (c.extinction == 0)
       warning(path + ".extinction", "with extinction 0 this component does nothing");
-    double densest = 1;
-    if (const auto* grid = std::get_if<DenseGrid>(&c.field); grid && !grid->values.empty())
-      densest = *std::max_element(grid->values.begin(), grid->values.end());
+    const double densest = largest_density(c.field);
     const double across = glm::length(scene_.medium.box_max - scene_.medium.box_min);
     constexpr double most = 2e6;
     if (c.extinction * densest * across > most) {
@@ -239,7 +261,7 @@ class Checker {
     number(path + ".radius", s.radius, limits::size);
   }
 
-  void noise(const std::string& path, const NoiseCloud& cloud) {
+  void noise(const std::string& path, const scene::NoiseCloud& cloud) {
     number(path + ".octaves", cloud.octaves, limits::octaves);
     number(path + ".gain", cloud.gain, limits::gain);
     number(path + ".contrast", cloud.contrast, limits::contrast);
@@ -248,10 +270,38 @@ class Checker {
     body(path + ".body", cloud.body);
   }
 
-  void dense_grid(const std::string& path, const DenseGrid& grid) {
+  void dense_grid(const std::string& path, const scene::DenseGrid& grid) {
+    remap(path + ".field.remap", grid.remap);
     if (!numbers(path + ".field.size", grid.size, 3, limits::voxels)) return;
     if (const std::string problem = grid_problem(grid); !problem.empty())
       error(path + ".field.values", problem);
+  }
+
+  void sparse_grid(const std::string& path, const scene::Component& c,
+                   const scene::SparseGrid& grid) {
+    remap(path + ".field.remap", grid.remap);
+    if (!grid.volume) return error(path + ".field", "no volume");
+    const Volume& volume = *grid.volume;
+    if (volume.is_color()) return error(path + ".field", "a grid of colours is no density");
+    if (volume.active_voxels() == 0) return;
+    const ActiveBounds box = active_box(volume, c.transform * fitted(grid) * volume.to_world());
+    for (int a = 0; a < 3; ++a) {
+      if (box.high[a] > scene_.medium.box_min[a] && box.low[a] < scene_.medium.box_max[a]) continue;
+      return warning(
+          path + ".field",
+          fmt::format("outside of medium.box: its voxels are in [{:.6g}, {:.6g}, {:.6g}] "
+                      "to [{:.6g}, {:.6g}, {:.6g}]; move it, or the box",
+                      box.low.x, box.low.y, box.low.z, box.high.x, box.high.y, box.high.z));
+    }
+  }
+
+  void remap(const std::string& path, const scene::Remap& r) {
+    number(path + ".scale", r.scale, limits::remap);
+    number(path + ".offset", r.offset, limits::remap);
+    if (number(path + ".clamp[0]", r.low, limits::density)
+        && number(path + ".clamp[1]", r.high, limits::density) && r.low > r.high)
+      error(path + ".clamp", fmt::format("expected low, high, got {} above {}", r.low, r.high));
+    number(path + ".gamma", r.gamma, limits::gamma);
   }
 
   void light(const std::string& path, const Light& light) {
@@ -406,7 +456,7 @@ std::string grid_problem(const scene::DenseGrid& grid) {
 
 int needed_illumination_order(const Scene& scene) {
   int order = 0;
-  for (const Component& c : scene.medium.components) {
+  for (const scene::Component& c : scene.medium.components) {
     if (largest(c.albedo) == 0) continue;
     const auto* hg = std::get_if<HenyeyGreensteinPhase>(&c.phase);
     if (hg && hg->g != 0) order = std::max(order, 1);
@@ -435,9 +485,10 @@ std::uint64_t memory_needed(const Scene& scene) {
   std::array<int, 3> super_voxels = medium.majorant_resolution;
   for (int& n : super_voxels) n = n == 0 ? 64 : n;  // where they are chosen, no more
   std::uint64_t media = product(super_voxels) * medium.components.size() * 8;
-  for (const Component& c : medium.components) {
-    if (const auto* grid = std::get_if<DenseGrid>(&c.field)) media += 2 * 4 * grid->values.size();
-    if (std::get_if<NoiseCloud>(&c.field)) media += 2u << 20;  // its table
+  for (const scene::Component& c : medium.components) {
+    if (const auto* grid = std::get_if<scene::DenseGrid>(&c.field))
+      media += 2 * 4 * grid->values.size();
+    if (std::get_if<scene::NoiseCloud>(&c.field)) media += 2u << 20;  // its table
   }
   return film + illumination + media;
 }

@@ -13,6 +13,7 @@
 #include "tyndall/render/check.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/render.h"
+#include "tyndall/render/volume.h"
 
 namespace tyndall {
 namespace {
@@ -86,9 +87,36 @@ NoiseCloud view(const scene::NoiseCloud& cloud) {
   return c;
 }
 
+Remap view(const scene::Remap& remap) {
+  return {static_cast<float>(remap.scale), static_cast<float>(remap.offset),
+          static_cast<float>(remap.low), static_cast<float>(remap.high),
+          static_cast<float>(remap.gamma)};
+}
+
 DenseGrid view(const scene::DenseGrid& grid) {
-  return {grid.values.data(), grid.size[0], grid.size[1], grid.size[2],
-          grid.interpolation == scene::Interpolation::nearest};
+  return {grid.values.data(),
+          grid.size[0],
+          grid.size[1],
+          grid.size[2],
+          grid.interpolation == scene::Interpolation::nearest,
+          view(grid.remap)};
+}
+
+SparseGrid view(const scene::SparseGrid& grid) {
+  SparseGrid g = grid.volume->view();
+  g.nearest = grid.interpolation == scene::Interpolation::nearest;
+  g.remap = view(grid.remap);
+  return g;
+}
+
+/// The field space of a view to that of the scene's field.
+glm::dmat4 view_to_field(const scene::Field& field) {
+  const auto* grid = std::get_if<scene::SparseGrid>(&field);
+  if (!grid) return glm::dmat4(1.0);
+  const Volume& volume = *grid->volume;
+  glm::dmat4 place = volume.to_world();
+  place[3] = place * glm::dvec4(glm::dvec3(volume.low()), 1.0);
+  return fitted(*grid) * place;
 }
 
 Phase view(const scene::Phase& phase) {
@@ -106,7 +134,7 @@ Phase view(const scene::Phase& phase) {
 Component<AnyField> view(const scene::Component& component, glm::dvec3 box_min) {
   Component<AnyField> c;
   c.field = std::visit([](const auto& field) { return AnyField(view(field)); }, component.field);
-  const glm::dmat4 inverse = glm::inverse(component.transform);
+  const glm::dmat4 inverse = glm::inverse(component.transform * view_to_field(component.field));
   const glm::dvec3 offset(inverse * glm::dvec4(box_min, 1.0));
   c.to_field.row_x = to_vec3f({inverse[0][0], inverse[1][0], inverse[2][0]});
   c.to_field.row_y = to_vec3f({inverse[0][1], inverse[1][1], inverse[2][1]});
@@ -118,14 +146,15 @@ Component<AnyField> view(const scene::Component& component, glm::dvec3 box_min) 
   return c;
 }
 
-/// Edge of the finest feature of a field, in field units: what ray marching must resolve.
+/// Edge of the finest feature of a field, in units of its view: what ray marching must resolve.
 double finest_feature(const scene::Field& field) {
   return std::visit(
       Overloaded{[](const scene::Solid&) { return 1.0 / 256; },
                  [](const scene::NoiseCloud& f) { return std::ldexp(1.0, -f.octaves); },
                  [](const scene::DenseGrid& f) {
                    return 1.0 / std::max({f.size[0], f.size[1], f.size[2]});
-                 }},
+                 },
+                 [](const scene::SparseGrid&) { return 1.0; }},
       field);
 }
 
@@ -133,7 +162,7 @@ double default_marching_step(const Scene& scene) {
   double step = 1e300;
   const double least = glm::length(scene.medium.box_max - scene.medium.box_min) / most_steps;
   for (const scene::Component& c : scene.medium.components) {
-    const glm::dmat3 m(c.transform);
+    const glm::dmat3 m(c.transform * view_to_field(c.field));
     const double scale = std::min({glm::length(m[0]), glm::length(m[1]), glm::length(m[2])});
     step = std::min(step, scale * finest_feature(c.field));
   }
@@ -156,10 +185,10 @@ std::vector<int> ascending(const std::vector<float>& majorants) {
 /// Some upper bound of each component's extinction, cheap: the extinction times the field's largest
 /// density.
 float largest_sigma_t(const Component<AnyField>& c) {
-  if (c.field.kind != AnyField::Kind::dense_grid) return c.extinction;
-  const DenseGrid& g = c.field.dense_grid;
-  return c.extinction
-         * *std::max_element(g.values, g.values + static_cast<std::size_t>(g.nx) * g.ny * g.nz);
+  using enum AnyField::Kind;
+  if (c.field.kind == solid || c.field.kind == noise_cloud) return c.extinction;
+  const Region everywhere{glm::dvec3(0.0), glm::dvec3(1e30)};
+  return static_cast<float>(c.extinction * density_bounds(c.field, everywhere).upper);
 }
 
 // ---- Lights
@@ -355,6 +384,9 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
         break;
       case AnyField::Kind::dense_grid:
         single(c.field.dense_grid);
+        break;
+      case AnyField::Kind::sparse_grid:
+        single(c.field.sparse_grid);
         break;
     }
   } else {

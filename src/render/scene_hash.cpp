@@ -3,6 +3,7 @@
 
 #include "tyndall/base/hash.h"
 #include "tyndall/render/render.h"
+#include "tyndall/render/volume.h"
 
 namespace tyndall {
 namespace {
@@ -61,7 +62,11 @@ class SceneHasher {
   void add(const scene::NoiseCloud& f) {
     (*this)(f.octaves, f.gain, f.seed, f.contrast, f.coverage, f.falloff, f.body);
   }
-  void add(const scene::DenseGrid& f) { (*this)(f.size, f.values, f.interpolation); }
+  void add(const scene::Remap& r) { (*this)(r.scale, r.offset, r.low, r.high, r.gamma); }
+  void add(const scene::DenseGrid& f) { (*this)(f.size, f.values, f.interpolation, f.remap); }
+  void add(const scene::SparseGrid& f) {
+    (*this)(f.volume->hash(), f.interpolation, f.remap, f.fit);
+  }
   void add(const scene::Solid& f) { add(f.body); }
   void add(const scene::IsotropicPhase&) {}
   void add(const scene::HenyeyGreensteinPhase& p) { add(p.g); }

@@ -233,7 +233,7 @@ TEST_F(SceneJson, TellsAllErrorsInOneRunInTheirOrder) {
 })",
                     {"photons.count=0", "gather.sample=3"}),
             R"(3 scene.json:1:16: lihgts: unknown key; did you mean "lights"?
-scene.json:3:24: medium.components[0].field.type: expected "homogeneous" or "sphere" or "box" or "torus" or "capsule" or "noise_cloud" or "grid", got "spere"; did you mean "sphere"?
+scene.json:3:24: medium.components[0].field.type: expected "homogeneous" or "sphere" or "box" or "torus" or "capsule" or "noise_cloud" or "grid" or "vdb" or "mesh", got "spere"; did you mean "sphere"?
 scene.json:3:48: medium.components[0].extinction: expected a number in [0, 1e+12], got -1
 scene.json:4:5: medium.components[1].extinction: missing; expected a number in [0, 1e+12]
 scene.json:4:48: medium.components[1].field.tube_radius: expected a number in [1e-09, 1e+09], got 0

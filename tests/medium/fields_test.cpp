@@ -178,7 +178,7 @@ struct Grid {
         for (int i = 0; i < nx; ++i) values.push_back(f(i, j, k));
       }
     }
-    view = {values.data(), nx, ny, nz, nearest};
+    view = {values.data(), nx, ny, nz, nearest, {}};
   }
 };
 
@@ -366,6 +366,10 @@ TEST(AnyField, relocation_moves_the_arrays_of_grids_and_of_nothing_else) {
                                  ++calls;
                                  other_table.assign(from, from + count);
                                  return static_cast<const std::int8_t*>(other_table.data());
+                               },
+                               [&](const std::uint8_t* from, std::size_t) {
+                                 ++calls;
+                                 return from;
                                }};
   AnyField solid = Solid{}, dense = grid.view, cloud = NoiseCloud{};
   solid.relocate(copy);

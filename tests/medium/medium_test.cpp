@@ -65,7 +65,7 @@ TEST(SingleMedium, is_real_in_the_proportion_of_extinction_to_majorant) {
   const OneCell cell({8}, {0});
   const SingleMedium<Solid> medium{cell.grid, cell.grid, {Solid{}, {}, 3, {1, 1, 1}, {}}};
   const std::uint64_t n = 400000;
-  LookupCount count;
+  Lookups count;
   std::int64_t real = 0;
   for (std::uint64_t i = 0; i < n; ++i)
     real += medium.collide(cell.grid, 0, random_number(i) * 8, {0, 0, 0}, count) == 0;
@@ -77,7 +77,7 @@ TEST(SingleMedium, is_real_in_the_proportion_of_extinction_to_majorant) {
 TEST(SingleMedium, below_the_minorant_needs_no_look_up) {
   const OneCell cell({8}, {2.5f});
   const SingleMedium<Solid> medium{cell.grid, cell.grid, {Solid{}, {}, 3, {1, 1, 1}, {}}};
-  LookupCount count;
+  Lookups count;
   EXPECT_EQ(medium.collide(cell.grid, 0, 0.01f, {0, 0, 0}, count), 0);
   EXPECT_EQ(medium.collide(cell.grid, 0, 2.49f, {0, 0, 0}, count), 0);
   EXPECT_EQ(count.lookups, 0);
@@ -94,7 +94,7 @@ TEST(SingleMedium, a_look_up_outside_its_bounds_is_a_violation) {
   for (const Case c : {Case{0, 2.9f, 1}, {0, 3, 0}, {3, 3, 0}, {3.1f, 9, 1}, {2, 4, 0}}) {
     const OneCell cell({c.upper}, {c.lower});
     const SingleMedium<Solid> medium{cell.grid, cell.grid, {Solid{}, {}, 3, {1, 1, 1}, {}}};
-    LookupCount count;
+    Lookups count;
     medium.collide(cell.grid, 0, std::nextafter(c.upper, 0.0f), {0, 0, 0}, count);
     const bool looked = std::nextafter(c.upper, 0.0f) >= c.lower;
     EXPECT_EQ(count.lookups, looked ? 1 : 0);
@@ -112,7 +112,7 @@ TEST(MixedMedium, hits_each_component_in_proportion_to_its_extinction) {
   const MixedMedium medium{cell.grid, cell.grid, parts.data(), 4};
   const std::uint64_t n = 400000;
   std::vector<std::int64_t> hits(5, 0);
-  LookupCount count;
+  Lookups count;
   for (std::uint64_t i = 0; i < n; ++i) {
     const int hit = medium.collide(cell.grid, 0, random_number(i) * 20, {0, 0, 0}, count);
     ++hits[hit == virtual_particle ? 4u : static_cast<unsigned>(hit)];
@@ -129,7 +129,7 @@ TEST(MixedMedium, of_one_component_is_a_single_medium) {
   const std::vector<Component<AnyField>> part = {dense(2)};
   const MixedMedium mixed{cell.grid, cell.grid, part.data(), 1};
   const SingleMedium<Solid> single{cell.grid, cell.grid, {Solid{}, {}, 2, {1, 1, 1}, {}}};
-  LookupCount a, b;
+  Lookups a, b;
   for (std::uint64_t i = 0; i < 1000; ++i) {
     const float v = random_number(i) * 5;
     ASSERT_EQ(mixed.collide(cell.grid, 0, v, {0, 0, 0}, a),
@@ -142,7 +142,7 @@ TEST(MixedMedium, above_the_sum_by_a_rounding_error_is_a_virtual_particle) {
   const OneCell cell({1, 2}, {1, 2});
   const std::vector<Component<AnyField>> parts = {dense(1), dense(2)};
   const MixedMedium medium{cell.grid, cell.grid, parts.data(), 2};
-  LookupCount count;
+  Lookups count;
   EXPECT_EQ(medium.collide(cell.grid, 0, std::nextafter(3.0f, 0.0f), {0, 0, 0}, count), 1);
   EXPECT_EQ(medium.collide(cell.grid, 0, 3.0f, {0, 0, 0}, count), virtual_particle);
   EXPECT_EQ(count.lookups, 0);
@@ -160,7 +160,7 @@ TEST(Medium, reads_the_bounds_of_the_right_component_and_super_voxel) {
   const MixedMedium medium{grid, grid, parts.data(), 2};
   for (std::size_t cell = 0; cell < 6; ++cell) {
     const float first = upper[cell];
-    LookupCount count;
+    Lookups count;
     EXPECT_EQ(medium.collide(grid, cell, 0.5f, {0, 0, 0}, count), 0);
     EXPECT_EQ(medium.collide(grid, cell, first + 6.5f, {0, 0, 0}, count), 1);
     EXPECT_EQ(medium.collide(grid, cell, first + 0.5f, {0, 0, 0}, count), 1);

@@ -116,7 +116,8 @@ struct Grid {
   std::vector<float> values;
   DenseGrid view;
   Grid(int nx, int ny, int nz, bool nearest, std::uint64_t seed)
-      : values(random_grid(nx, ny, nz, seed).values), view{values.data(), nx, ny, nz, nearest} {}
+      : values(random_grid(nx, ny, nz, seed).values),
+        view{values.data(), nx, ny, nz, nearest, {}} {}
 };
 
 // Every box whose faces are at quarters of voxels, and every point at eighths.

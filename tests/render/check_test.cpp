@@ -56,11 +56,11 @@ TEST(Check, FindsNumbersThatAreNotFinite) {
 
 TEST(Check, FindsBadGrids) {
   Scene scene = good();
-  scene.medium.components[0].field = DenseGrid{{2, 2, 1}, {0, 1, 2}};
+  scene.medium.components[0].field = DenseGrid{{2, 2, 1}, {0, 1, 2}, {}, {}};
   EXPECT_EQ(errors(scene), "medium.components[0].field.values");
-  scene.medium.components[0].field = DenseGrid{{2, 1, 1}, {0, NAN}};
+  scene.medium.components[0].field = DenseGrid{{2, 1, 1}, {0, NAN}, {}, {}};
   EXPECT_EQ(errors(scene), "medium.components[0].field.values");
-  scene.medium.components[0].field = DenseGrid{{2, 1, 1}, {0, 1e5f}};
+  scene.medium.components[0].field = DenseGrid{{2, 1, 1}, {0, 1e5f}, {}, {}};
   EXPECT_EQ(errors(scene), "");
   scene.medium.components[0].extinction = 1000;  // 1e8 together
   EXPECT_EQ(errors(scene), "medium.components[0].extinction");

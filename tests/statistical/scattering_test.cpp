@@ -243,7 +243,7 @@ TEST(ThinBesideDense, the_right_share_of_all_accept_words_hits_the_fog) {
   const auto& medium = std::get<MixedMedium>(prepared.medium);
   const int fog_index = prepared.scene_component[0] == 1 ? 0 : 1;
   const MajorantGrid& grid = medium.super_voxels;
-  LookupCount count;
+  Lookups count;
   const auto hit = [&](std::uint64_t word, Vec3f p) {
     const float v = uniform(static_cast<std::uint32_t>(word)) * grid.total[0];
     return medium.collide(grid, 0, v, p, count);

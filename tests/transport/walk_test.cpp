@@ -276,7 +276,7 @@ struct Witness {
   mutable std::vector<Question> asked;
   std::size_t real = ~std::size_t{0};  ///< the first question answered with a component
 
-  int collide(const MajorantGrid&, std::size_t cell, float v, Vec3f p, LookupCount&,
+  int collide(const MajorantGrid&, std::size_t cell, float v, Vec3f p, Lookups&,
               Decision = Decision::audited) const {
     asked.push_back({cell, v, p});
     return asked.size() > real ? 0 : virtual_particle;
@@ -413,7 +413,7 @@ TEST(Track, gives_up_in_an_empty_periodic_box) {
 
 /// Nothing but virtual particles.
 struct Void {
-  int collide(const MajorantGrid&, std::size_t, float, Vec3f, LookupCount&,
+  int collide(const MajorantGrid&, std::size_t, float, Vec3f, Lookups&,
               Decision = Decision::audited) const {
     return virtual_particle;
   }

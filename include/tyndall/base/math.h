@@ -25,6 +25,7 @@ TYN_HD float max(float a, float b) { return a > b ? a : b; }
 TYN_HD float clamp(float x, float low, float high) { return min(max(x, low), high); }
 TYN_HD int clamp(int x, int low, int high) { return x < low ? low : (x > high ? high : x); }
 TYN_HD float abs(float x) { return x < 0.0f ? -x : x; }
+TYN_HD float lerp(float a, float b, float t) { return a + t * (b - a); }
 
 TYN_HD float sqrt(float x) {
 #if defined(__CUDA_ARCH__)
@@ -88,6 +89,26 @@ TYN_HD float log(float x) {
   y = y - 0.5f * z;
   return (m + y) + 0.693359375f * e;
 }
+
+/// Exponential, within 2 ulp, of x clamped to [-86, 88] (the polynomial of Cephes' expf
+/// [Moshier1989]).
+TYN_HD float exp(float x) {
+  x = clamp(x, -86.0f, 88.0f);
+  const float n = floor(1.44269504088896341f * x + 0.5f);
+  x = x - n * 0.693359375f;
+  x = x + n * 2.12194440e-4f;
+  float y = 1.9875691500e-4f;
+  y = y * x + 1.3981999507e-3f;
+  y = y * x + 8.3334519073e-3f;
+  y = y * x + 4.1665795894e-2f;
+  y = y * x + 1.6666665459e-1f;
+  y = y * x + 5.0000001201e-1f;
+  y = y * (x * x) + x + 1.0f;
+  return y * bits_float(static_cast<std::uint32_t>(static_cast<int>(n) + 127) << 23);
+}
+
+/// x^y for x >= 0 and y > 0, within about 2^-22 (1 + |y log x|).
+TYN_HD float power(float x, float y) { return x < 1.17549435e-38f ? 0.0f : exp(y * log(x)); }
 
 struct SinCos {
   float sin, cos;

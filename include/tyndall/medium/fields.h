@@ -7,6 +7,8 @@
 #include <cstdint>
 
 #include "tyndall/medium/noise.h"
+#include "tyndall/medium/sparse_grid.h"
+#include "tyndall/medium/voxels.h"
 
 namespace tyndall {
 
@@ -142,6 +144,7 @@ struct DenseGrid {
   const float* values = nullptr;
   int nx = 0, ny = 0, nz = 0;
   bool nearest = false;
+  Remap remap;
 
   TYN_HD float voxel(int i, int j, int k) const {
     return values[(static_cast<std::size_t>(k) * ny + j) * nx + i];
@@ -153,23 +156,21 @@ struct DenseGrid {
     const Vec3f scaled{p.x * static_cast<float>(nx), p.y * static_cast<float>(ny),
                        p.z * static_cast<float>(nz)};
     if (nearest) {
-      return voxel(clamp(floor_to_int(scaled.x), 0, nx - 1),
-                   clamp(floor_to_int(scaled.y), 0, ny - 1),
-                   clamp(floor_to_int(scaled.z), 0, nz - 1));
+      return remap(voxel(clamp(floor_to_int(scaled.x), 0, nx - 1),
+                         clamp(floor_to_int(scaled.y), 0, ny - 1),
+                         clamp(floor_to_int(scaled.z), 0, nz - 1)));
     }
     const Vec3f q = scaled - Vec3f{0.5f, 0.5f, 0.5f};
     const Vec3f cell{floor(q.x), floor(q.y), floor(q.z)};
-    const Vec3f f = q - cell;
     const int i = static_cast<int>(cell.x), j = static_cast<int>(cell.y),
               k = static_cast<int>(cell.z);
     const int i0 = clamp(i, 0, nx - 1), j0 = clamp(j, 0, ny - 1), k0 = clamp(k, 0, nz - 1);
     const int i1 = clamp(i + 1, 0, nx - 1), j1 = clamp(j + 1, 0, ny - 1),
               k1 = clamp(k + 1, 0, nz - 1);
-    const float low = lerp(lerp(voxel(i0, j0, k0), voxel(i1, j0, k0), f.x),
-                           lerp(voxel(i0, j1, k0), voxel(i1, j1, k0), f.x), f.y);
-    const float high = lerp(lerp(voxel(i0, j0, k1), voxel(i1, j0, k1), f.x),
-                            lerp(voxel(i0, j1, k1), voxel(i1, j1, k1), f.x), f.y);
-    return lerp(low, high, f.z);
+    const Corners corners{{voxel(i0, j0, k0), voxel(i0, j0, k1), voxel(i0, j1, k0),
+                           voxel(i0, j1, k1), voxel(i1, j0, k0), voxel(i1, j0, k1),
+                           voxel(i1, j1, k0), voxel(i1, j1, k1)}};
+    return remap(corners.interpolate(q - cell));
   }
 
   /// Calls copy(pointer, count) for each array that the view reads and keeps what it returns.
@@ -179,21 +180,31 @@ struct DenseGrid {
   }
 };
 
+/// What the look-ups of a walk took, and what the next one may use.
+struct Lookups {
+  int lookups = 0;
+  int octaves = 0;
+  int violations = 0;
+  TreeNodes nodes;
+};
+
 /// Any of the above, for media that mix them.
 struct AnyField {
-  enum class Kind { solid, noise_cloud, dense_grid };
+  enum class Kind { solid, noise_cloud, dense_grid, sparse_grid };
 
   Kind kind = Kind::solid;
   Solid solid;
   NoiseCloud noise_cloud;
   DenseGrid dense_grid;
+  SparseGrid sparse_grid;
 
   AnyField() = default;
   AnyField(const Solid& f) : kind(Kind::solid), solid(f) {}
   AnyField(const NoiseCloud& f) : kind(Kind::noise_cloud), noise_cloud(f) {}
   AnyField(const DenseGrid& f) : kind(Kind::dense_grid), dense_grid(f) {}
+  AnyField(const SparseGrid& f) : kind(Kind::sparse_grid), sparse_grid(f) {}
 
-  TYN_HD float density(Vec3f p) const {
+  TYN_HD float density(Vec3f p, TreeNodes& nodes) const {
     switch (kind) {
       case Kind::solid:
         return solid.density(p);
@@ -201,13 +212,19 @@ struct AnyField {
         return noise_cloud.density(p);
       case Kind::dense_grid:
         return dense_grid.density(p);
+      case Kind::sparse_grid:
+        return sparse_grid.density(p, nodes);
     }
     return 0.0f;
   }
+  TYN_HD float density(Vec3f p) const {
+    TreeNodes nodes;
+    return density(p, nodes);
+  }
 
-  TYN_HD bool exceeds(Vec3f p, float extinction, float v, int& summed) const {
-    if (kind == Kind::noise_cloud) return noise_cloud.exceeds(p, extinction, v, summed);
-    return v < extinction * density(p);
+  TYN_HD bool exceeds(Vec3f p, float extinction, float v, Lookups& lookups) const {
+    if (kind == Kind::noise_cloud) return noise_cloud.exceeds(p, extinction, v, lookups.octaves);
+    return v < extinction * density(p, lookups.nodes);
   }
   TYN_HD int octave_count() const { return kind == Kind::noise_cloud ? noise_cloud.octaves : 0; }
 
@@ -215,6 +232,7 @@ struct AnyField {
   void relocate(Copy&& copy) {
     if (kind == Kind::dense_grid) dense_grid.relocate(copy);
     if (kind == Kind::noise_cloud) noise_cloud.relocate(copy);
+    if (kind == Kind::sparse_grid) sparse_grid.relocate(copy);
   }
 };
 

@@ -18,17 +18,27 @@ struct Component {
   Phase phase;
 
   /// [1/length]
-  TYN_HD float sigma_t(Vec3f p) const { return extinction * field.density(to_field(p)); }
+  TYN_HD float sigma_t(Vec3f p, TreeNodes& nodes) const {
+    if constexpr (requires { field.density(p, nodes); })
+      return extinction * field.density(to_field(p), nodes);
+    else
+      return extinction * field.density(to_field(p));
+  }
+  TYN_HD float sigma_t(Vec3f p) const {
+    TreeNodes nodes;
+    return sigma_t(p, nodes);
+  }
   TYN_HD bool scatters() const { return largest(albedo) > 0.0f; }
 
   /// \return v < sigma_t(p), v > 0: the same decision, from as few octaves as settle it, which are
   /// counted.
-  TYN_HD bool exceeds(Vec3f p, float v, int& octaves) const {
-    if constexpr (requires { field.exceeds(p, v, v, octaves); }) {
-      return field.exceeds(to_field(p), extinction, v, octaves);
-    } else {
-      return v < sigma_t(p);
-    }
+  TYN_HD bool exceeds(Vec3f p, float v, Lookups& lookups) const {
+    if constexpr (requires { field.exceeds(p, v, v, lookups); })
+      return field.exceeds(to_field(p), extinction, v, lookups);
+    else if constexpr (requires { field.exceeds(p, v, v, lookups.octaves); })
+      return field.exceeds(to_field(p), extinction, v, lookups.octaves);
+    else
+      return v < sigma_t(p, lookups.nodes);
   }
   /// Octaves that sigma_t() sums.
   TYN_HD int octaves() const {
@@ -44,13 +54,6 @@ enum class Decision {
   full,      ///< by the density, always [SzirmayKalos2011]
 };
 
-/// What the decisions took.
-struct LookupCount {
-  int lookups = 0;
-  int octaves = 0;
-  int violations = 0;
-};
-
 /// No component: a virtual particle.
 inline constexpr int virtual_particle = -1;
 
@@ -58,18 +61,18 @@ inline constexpr int virtual_particle = -1;
 /// Below the minorant the answer is certain without a look-up.
 template <class Component>
 TYN_HD bool is_real(const MajorantGrid& grid, int index, const Component& component,
-                    std::size_t cell, float v, Vec3f p, LookupCount& count, Decision decision) {
+                    std::size_t cell, float v, Vec3f p, Lookups& lookups, Decision decision) {
   const std::size_t at = static_cast<std::size_t>(index) * grid.cells() + cell;
   if (decision != Decision::full && v < grid.lower[at]) return true;
-  ++count.lookups;
-  if (decision == Decision::squeezed) return component.exceeds(p, v, count.octaves);
-  const float sigma_t = component.sigma_t(p);
-  count.octaves += component.octaves();
+  ++lookups.lookups;
+  if (decision == Decision::squeezed) return component.exceeds(p, v, lookups);
+  const float sigma_t = component.sigma_t(p, lookups.nodes);
+  lookups.octaves += component.octaves();
   const bool real = v < sigma_t;
   if (decision == Decision::full) return real;
   const bool bounded = sigma_t >= grid.lower[at] && sigma_t <= grid.upper[at];
-  int uncounted = 0;
-  if (!bounded || component.exceeds(p, v, uncounted) != real) ++count.violations;
+  Lookups uncounted;
+  if (!bounded || component.exceeds(p, v, uncounted) != real) ++lookups.violations;
   return real;
 }
 
@@ -85,9 +88,9 @@ struct SingleMedium {
 
   /// \return the component of a tentative collision at `p`, 0 < v < total[cell], or
   /// virtual_particle.
-  TYN_HD int collide(const MajorantGrid& grid, std::size_t cell, float v, Vec3f p,
-                     LookupCount& count, Decision decision = Decision::audited) const {
-    return is_real(grid, 0, single, cell, v, p, count, decision) ? 0 : virtual_particle;
+  TYN_HD int collide(const MajorantGrid& grid, std::size_t cell, float v, Vec3f p, Lookups& lookups,
+                     Decision decision = Decision::audited) const {
+    return is_real(grid, 0, single, cell, v, p, lookups, decision) ? 0 : virtual_particle;
   }
 
   template <class Copy>
@@ -108,12 +111,13 @@ struct MixedMedium {
   TYN_HD int count() const { return component_count; }
   TYN_HD const Component<AnyField>& component(int i) const { return components[i]; }
 
-  TYN_HD int collide(const MajorantGrid& grid, std::size_t cell, float v, Vec3f p,
-                     LookupCount& count, Decision decision = Decision::audited) const {
+  TYN_HD int collide(const MajorantGrid& grid, std::size_t cell, float v, Vec3f p, Lookups& lookups,
+                     Decision decision = Decision::audited) const {
     for (int i = 0; i < component_count; ++i) {
       const float sigma_maj = grid.upper[static_cast<std::size_t>(i) * grid.cells() + cell];
       if (v < sigma_maj)
-        return is_real(grid, i, components[i], cell, v, p, count, decision) ? i : virtual_particle;
+        return is_real(grid, i, components[i], cell, v, p, lookups, decision) ? i
+                                                                              : virtual_particle;
       v = v - sigma_maj;
     }
     return virtual_particle;  // v above the sum by a rounding error
@@ -125,10 +129,15 @@ struct MixedMedium {
 
 /// Extinction of all components [1/length]. Evaluates every field: not for walks.
 template <class Medium>
-TYN_HD float total_sigma_t(const Medium& medium, Vec3f p) {
+TYN_HD float total_sigma_t(const Medium& medium, Vec3f p, TreeNodes& nodes) {
   float sum = 0.0f;
-  for (int i = 0; i < medium.count(); ++i) sum = sum + medium.component(i).sigma_t(p);
+  for (int i = 0; i < medium.count(); ++i) sum = sum + medium.component(i).sigma_t(p, nodes);
   return sum;
+}
+template <class Medium>
+TYN_HD float total_sigma_t(const Medium& medium, Vec3f p) {
+  TreeNodes nodes;
+  return total_sigma_t(medium, p, nodes);
 }
 
 }  // namespace tyndall

@@ -37,7 +37,6 @@ TYN_HD float gradient_dot(std::uint32_t h, float x, float y, float z) {
 }
 
 TYN_HD float fade(float t) { return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f); }
-TYN_HD float lerp(float a, float b, float t) { return a + t * (b - a); }
 
 /// Lattice spacing 1, C2, 0 on the lattice. Expects |p_i| <= 2^30.
 TYN_HD float gradient_noise(Vec3f p, std::uint32_t seed) {

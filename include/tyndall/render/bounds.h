@@ -22,6 +22,7 @@ struct Bounds {
 Bounds density_bounds(const Solid& field, const Region& region);
 Bounds density_bounds(const NoiseCloud& field, const Region& region);
 Bounds density_bounds(const DenseGrid& field, const Region& region);
+Bounds density_bounds(const SparseGrid& field, const Region& region);
 Bounds density_bounds(const AnyField& field, const Region& region);
 
 }  // namespace tyndall

@@ -63,6 +63,8 @@ inline constexpr Range coordinate{"a number", -1e9, 1e9};  // [length]
 inline constexpr Range size{"a number", 1e-9, 1e9};        // [length]
 inline constexpr Range extinction{"a number", 0, 1e12};    // [1/length]
 inline constexpr Range density{"a number", 0, 1e12};       // of grids
+inline constexpr Range remap{"a number", -1e12, 1e12};     // scale and offset of values
+inline constexpr Range gamma{"a number", 0.01, 100};
 inline constexpr Range albedo{"a number", 0, 1};
 inline constexpr Range g{"a number", -0.999, 0.999};
 inline constexpr Range light{"a number", 0, 1e18};  // of power, irradiance and radiance
@@ -75,6 +77,7 @@ inline constexpr Range contrast{"a number", 1e-6, 1e6};
 inline constexpr Range coverage{"a number", -1000, 1000};
 inline constexpr Range falloff{"a number", 0, 1e6};
 inline constexpr Range voxels{"an integer", 1, 32768};       // per axis
+inline constexpr Range mesh_voxels{"an integer", 8, 4096};   // along the longest side
 inline constexpr Range majorants{"an integer", 0, 256};      // per axis
 inline constexpr Range illumination{"an integer", 1, 1024};  // per axis
 inline constexpr Range order{"an integer", -1, 2};

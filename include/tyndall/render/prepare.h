@@ -16,7 +16,7 @@
 namespace tyndall {
 
 using AnyMedium = std::variant<SingleMedium<Solid>, SingleMedium<NoiseCloud>,
-                               SingleMedium<DenseGrid>, MixedMedium>;
+                               SingleMedium<DenseGrid>, SingleMedium<SparseGrid>, MixedMedium>;
 using AnySampler = std::variant<SuperVoxel, Woodcock, RayMarching>;
 
 /// Bounds of all components over the super-voxels of one grid, and over all of them.

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
@@ -12,6 +13,10 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+
+namespace tyndall {
+class Volume;
+}
 
 namespace tyndall::scene {
 
@@ -77,12 +82,33 @@ struct NoiseCloud {
 
 enum class Interpolation { trilinear, nearest };
 
+/// What grids make of their values: density = clamp(scale value + offset, low, high)^gamma.
+struct Remap {
+  double scale = 1, offset = 0;
+  double low = 0, high = 1e12;
+  double gamma = 1;
+};
+
 /// Voxel (i, j, k) covers [i/nx, (i+1)/nx] x ... of the unit cube of field space, its value sits at
 /// its centre, x runs fastest. Outside the unit cube the density is 0.
 struct DenseGrid {
   std::array<int, 3> size{1, 1, 1};
   std::vector<float> values;
   Interpolation interpolation = Interpolation::trilinear;
+  Remap remap;
+};
+
+/// A grid of a file (tyndall/render/volume.h), outside of whose voxels its background counts. The
+/// values of level sets are distances, which make a solid of density 1; others are remapped.
+struct SparseGrid {
+  /// Field space is the grid's own world space; or that, moved and scaled so that the box of its
+  /// active voxels lies in the middle of the unit cube.
+  enum class Fit { none, unit_cube };
+
+  std::shared_ptr<const Volume> volume;
+  Interpolation interpolation = Interpolation::trilinear;
+  Remap remap;
+  Fit fit = Fit::none;
 };
 
 /// Density 1 inside the body, 0 outside.
@@ -90,7 +116,7 @@ struct Solid {
   SolidBody body = Everywhere{};
 };
 
-using Field = std::variant<Solid, NoiseCloud, DenseGrid>;
+using Field = std::variant<Solid, NoiseCloud, DenseGrid, SparseGrid>;
 
 // ---- Medium: the sum of its components. ----
 

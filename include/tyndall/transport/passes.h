@@ -172,9 +172,10 @@ struct MatterPass {
   TYN_HD void operator()(std::uint64_t index) const {
     matter[index] = total(index, [this](std::uint64_t cell, int n, std::uint32_t event) {
       Measure all{0, 0};
+      Lookups lookups;
       for (int m = 0; m < n * n * n; ++m) {
         const Vec3f p = point(cell, n, event, m);
-        if (may_have_matter(p)) all.add(to_units(scattering_sigma_t(p)));
+        if (may_have_matter(p)) all.add(to_units(scattering_sigma_t(p, lookups)));
       }
       return all;
     });
@@ -256,13 +257,12 @@ struct MatterPass {
   TYN_HD std::int64_t to_units(float sigma_t) const { return round_to_integer(sigma_t * scale); }
 
  private:
-  TYN_HD float scattering_sigma_t(Vec3f p) const {
+  TYN_HD float scattering_sigma_t(Vec3f p, Lookups& lookups) const {
     float sigma_t = 0.0f;
-    int octaves = 0;
     for (int c = 0; c < medium.count(); ++c) {
       const auto& component = medium.component(c);
-      if (component.scatters() && component.exceeds(p, least(), octaves))
-        sigma_t = sigma_t + component.sigma_t(p);
+      if (component.scatters() && component.exceeds(p, least(), lookups))
+        sigma_t = sigma_t + component.sigma_t(p, lookups.nodes);
     }
     return sigma_t;
   }

@@ -170,7 +170,7 @@ TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
   ++audit.flights;
   SuperVoxelWalk walk(grid, path.ray);
   int crossings = 0, virtual_particles = 0;
-  LookupCount count;
+  Lookups lookups;
   Flight flight{Flight::End::stalled, virtual_particle, 0};
   for (;;) {
     const float sigma_maj = grid.total[walk.cell()];
@@ -190,7 +190,7 @@ TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
       path.drawn = random.block(++path.event, Purpose::walk);
       path.tau = exponential(path.drawn.b);
       const int hit = medium.collide(
-          grid, walk.cell(), uniform(path.drawn.a) * sigma_maj, walk.position(), count,
+          grid, walk.cell(), uniform(path.drawn.a) * sigma_maj, walk.position(), lookups,
           usual == Decision::squeezed && is_audited(path.drawn.d) ? Decision::audited : usual);
       if (hit != virtual_particle) {
         ++audit.real;
@@ -202,9 +202,9 @@ TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
   }
   path.ray.origin = walk.position();
   audit.cells += crossings + 1;
-  audit.lookups += count.lookups;
-  audit.octaves += count.octaves;
-  audit.violations += count.violations;
+  audit.lookups += lookups.lookups;
+  audit.octaves += lookups.octaves;
+  audit.violations += lookups.violations;
   return flight;
 }
 
@@ -237,11 +237,12 @@ struct RayMarching {
     ++audit.flights;
     SuperVoxelWalk walk(medium.whole, path.ray);
     int crossings = 0;
+    TreeNodes nodes;
     Flight flight{Flight::End::stalled, virtual_particle, 0};
     for (;;) {
       const float length = min(step, walk.length_to_exit());
       const Vec3f middle = walk.position() + 0.5f * length * walk.direction();
-      const float sigma_t = total_sigma_t(medium, middle);
+      const float sigma_t = total_sigma_t(medium, middle, nodes);
       for (int i = 0; i < medium.count(); ++i) audit.octaves += medium.component(i).octaves();
       audit.lookups += medium.count();
       const float depth = sigma_t * length;
@@ -264,8 +265,8 @@ struct RayMarching {
         ++audit.real;
         path.drawn = random.block(++path.event, Purpose::walk);
         path.tau = exponential(path.drawn.b);
-        flight = {Flight::End::collided, choose(medium, middle, uniform(path.drawn.a) * sigma_t),
-                  0};
+        flight = {Flight::End::collided,
+                  choose(medium, middle, uniform(path.drawn.a) * sigma_t, nodes), 0};
         break;
       }
     }
@@ -276,9 +277,9 @@ struct RayMarching {
 
  private:
   template <class Medium>
-  TYN_HD static int choose(const Medium& medium, Vec3f p, float v) {
+  TYN_HD static int choose(const Medium& medium, Vec3f p, float v, TreeNodes& nodes) {
     for (int i = 0; i + 1 < medium.count(); ++i) {
-      v = v - medium.component(i).sigma_t(p);
+      v = v - medium.component(i).sigma_t(p, nodes);
       if (v < 0.0f) return i;
     }
     return medium.count() - 1;

@@ -1,0 +1,15 @@
+/// \file
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace tyndall::io {
+
+/// SHA-256 [FIPS180-4] in 64 lower-case hexadecimal digits.
+std::string sha256(std::string_view bytes);
+
+/// \throws Error(input_missing)
+std::string sha256_of_file(const std::string& path);
+
+}  // namespace tyndall::io

@@ -1,0 +1,413 @@
+#include "io/volume_file.h"
+
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "io/helper/protocol.h"
+#include "io/json_text.h"
+#include "tyndall/base/hash.h"
+
+namespace tyndall::io {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+class Descriptor {
+ public:
+  explicit Descriptor(int number = -1) : number_(number) {}
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(number_, other.number_);
+    return *this;
+  }
+  ~Descriptor() { close(); }
+  void close() {
+    if (number_ >= 0) ::close(std::exchange(number_, -1));
+  }
+  int number() const { return number_; }
+
+ private:
+  int number_;
+};
+
+[[noreturn]] void fail(const std::string& path, const std::string& why) {
+  throw Error(ExitCode::input_missing, fmt::format("{}: {}", path, why));
+}
+
+// ---- The helper
+
+/// Beside the program (or library) that this is part of, in the folder above it (the tests of a
+/// build), or where an installation puts it.
+std::string helper_program() {
+  Dl_info self{};
+  ::dladdr(reinterpret_cast<const void*>(&helper_program), &self);
+  std::error_code error;
+  fs::path bin = fs::canonical(self.dli_fname ? self.dli_fname : "", error).parent_path();
+  if (error || bin.empty()) bin = fs::read_symlink("/proc/self/exe").parent_path();
+  std::vector<fs::path> folders{bin, bin.parent_path()};
+#ifdef TYNDALL_HELPER_DIR
+  folders.push_back((bin / TYNDALL_HELPER_DIR).lexically_normal());
+#endif
+  std::string looked;
+  for (const fs::path& folder : folders) {
+    if (::access((folder / helper_name).c_str(), X_OK) == 0) return folder / helper_name;
+    looked += (looked.empty() ? "" : ", ") + folder.string();
+  }
+  throw Error(ExitCode::internal,
+              fmt::format("{}, which reads volumes, was not found in {}: install Tyndall anew, or "
+                          "build it with OpenVDB",
+                          helper_name, looked));
+}
+
+/// What the child may take: far more than any sound file of this size needs.
+struct Limits {
+  std::uint64_t memory;   ///< [byte]
+  std::uint64_t seconds;  ///< of processor time, and a little more by the clock
+};
+
+Limits limits_for(std::uint64_t file_size) {
+  return {(std::uint64_t{2} << 30) + 64 * file_size, 6 + file_size / 2000000};
+}
+
+struct Outcome {
+  Json report;
+  std::uint64_t memory = 0;  ///< [byte]
+};
+
+/// Waits for a child; kills it when nobody waits any longer.
+class Child {
+ public:
+  explicit Child(pid_t id) : id_(id) {}
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+  ~Child() {
+    if (id_ <= 0) return;
+    ::kill(id_, SIGKILL);
+    wait();
+  }
+
+  int wait() {
+    int status = 0;
+    while (::wait4(id_, &status, 0, &usage_) < 0 && errno == EINTR) {
+    }
+    id_ = -1;
+    return status;
+  }
+  std::uint64_t memory() const { return static_cast<std::uint64_t>(usage_.ru_maxrss) * 1024; }
+
+ private:
+  pid_t id_;
+  struct rusage usage_ {};
+};
+
+struct SpawnActions {
+  posix_spawn_file_actions_t actions;
+  posix_spawnattr_t attributes;
+
+  SpawnActions() {
+    ::posix_spawn_file_actions_init(&actions);
+    ::posix_spawnattr_init(&attributes);
+  }
+  SpawnActions(const SpawnActions&) = delete;
+  SpawnActions& operator=(const SpawnActions&) = delete;
+  ~SpawnActions() {
+    ::posix_spawn_file_actions_destroy(&actions);
+    ::posix_spawnattr_destroy(&attributes);
+  }
+};
+
+/// A number above those that the child is given, lest giving one closes another.
+Descriptor out_of_the_way(Descriptor d) {
+  return Descriptor(::fcntl(d.number(), F_DUPFD_CLOEXEC, grid_descriptor + 1));
+}
+
+pid_t spawn(const std::vector<std::string>& words, int file, int report, int grid) {
+  const std::string program = helper_program();
+  std::vector<char*> arguments{const_cast<char*>(program.c_str())};
+  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+
+  SpawnActions spawn;
+  ::posix_spawn_file_actions_adddup2(&spawn.actions, file, STDIN_FILENO);
+  ::posix_spawn_file_actions_adddup2(&spawn.actions, report, STDOUT_FILENO);
+  ::posix_spawn_file_actions_addopen(&spawn.actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  ::posix_spawn_file_actions_adddup2(&spawn.actions, grid, grid_descriptor);
+  // Other libraries of this process may have files open for inheritance.
+  ::posix_spawn_file_actions_addclosefrom_np(&spawn.actions, grid_descriptor + 1);
+  // No signal that this process blocks or ignores is so in the child.
+  sigset_t none, all;
+  ::sigemptyset(&none);
+  ::sigfillset(&all);
+  ::posix_spawnattr_setsigmask(&spawn.attributes, &none);
+  ::posix_spawnattr_setsigdefault(&spawn.attributes, &all);
+  ::posix_spawnattr_setflags(&spawn.attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+  pid_t id = -1;
+  const int error = ::posix_spawn(&id, program.c_str(), &spawn.actions, &spawn.attributes,
+                                  arguments.data(), environ);
+  if (error != 0)
+    throw Error(ExitCode::internal,
+                fmt::format("{} cannot be started: {}", program, std::strerror(error)));
+  return id;
+}
+
+/// All that the child writes, until it ends or `deadline`. \return whether it ended.
+bool read_report(int from, Clock::time_point deadline, std::string& text) {
+  constexpr std::size_t most = std::size_t{64} << 20;
+  char block[1 << 16];
+  for (;;) {
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
+    if (left <= 0 || text.size() > most) return false;
+    struct pollfd waiting {
+      from, POLLIN, 0
+    };
+    if (::poll(&waiting, 1, static_cast<int>(std::min<long>(left, 1000))) <= 0) continue;
+    const ssize_t n = ::read(from, block, sizeof block);
+    if (n == 0) return true;
+    if (n > 0) text.append(block, static_cast<std::size_t>(n));
+  }
+}
+
+std::string signal_name(int signal) {
+  const char* name = ::sigabbrev_np(signal);
+  return name ? fmt::format("SIG{}", name) : fmt::format("signal {}", signal);
+}
+
+/// Calls the helper. \throws Error where it fails, with what is known of the reason.
+Outcome call_helper(const std::string& path, const Descriptor& file, const Descriptor& grid,
+                    std::vector<std::string> words) {
+  struct stat status {};
+  ::fstat(file.number(), &status);
+  const Limits limits = limits_for(static_cast<std::uint64_t>(status.st_size));
+  words.insert(words.begin() + 1, {std::to_string(limits.memory), std::to_string(limits.seconds)});
+
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0)
+    throw Error(ExitCode::internal, fmt::format("no pipe: {}", std::strerror(errno)));
+  const Descriptor output = out_of_the_way(Descriptor(ends[0]));
+  Descriptor input = out_of_the_way(Descriptor(ends[1]));
+  Child child(spawn(words, file.number(), input.number(), grid.number()));
+  input.close();
+
+  std::string text;
+  const auto deadline = Clock::now() + std::chrono::seconds(limits.seconds + 2);
+  const bool ended = read_report(output.number(), deadline, text);
+  if (!ended)
+    fail(path,
+         fmt::format("damaged: reading it took more than {} s and was given up", limits.seconds));
+  const int result = child.wait();
+  if (WIFSIGNALED(result)) {
+    const int signal = WTERMSIG(result);
+    if (signal == SIGXCPU || signal == SIGKILL)
+      fail(path, fmt::format("damaged: reading it took more than {} s of processor time, or more "
+                             "memory than there is, and was ended",
+                             limits.seconds));
+    fail(path, fmt::format("damaged: the library that reads it crashed ({}); nothing else came to "
+                           "harm",
+                           signal_name(signal)));
+  }
+  Outcome outcome{Json::parse(text, nullptr, false), child.memory()};
+  if (WEXITSTATUS(result) != 0 || !outcome.report.is_object())
+    fail(path, "damaged: the library that reads it failed without a word");
+  return outcome;
+}
+
+// ---- What the helper says
+
+std::string cut(const std::string& text, std::size_t most = 60) {
+  return text.size() <= most ? text : text.substr(0, most) + "...";
+}
+
+std::string quoted_whole(const std::string& name) {
+  return Json(name).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+std::string quoted(const std::string& name) { return quoted_whole(cut(name)); }
+
+/// "density" (float, fog volume, 4224 voxels), ...
+std::string listed(const Json& grids) {
+  std::string text;
+  std::size_t shown = 0;
+  for (const Json& grid : grids) {
+    if (++shown > 20) return text + fmt::format(", and {} more", grids.size() - 20);
+    text += text.empty() ? "" : ", ";
+    text += quoted(grid.value("unique_name", "")) + " (" + cut(grid.value("type", "?"), 30);
+    if (const std::string name = grid.value("class", ""); !name.empty() && name != "unknown")
+      text += ", " + name;
+    if (grid.contains("voxels"))
+      text += fmt::format(", {} voxels", grid["voxels"].get<std::uint64_t>());
+    text += ")";
+  }
+  return text;
+}
+
+/// What to write, where one of the grids would do.
+std::string remedy(const Json& grids) {
+  for (const Json& grid : grids) {
+    const std::string type = grid.value("type", "");
+    const bool good = type == "float" || type == "double" || type.rfind("fp", 0) == 0;
+    const std::string name = grid.value("unique_name", "");
+    if (good && name.size() > 200)
+      return fmt::format("; write \"grid\" and the whole name, of {} bytes", name.size());
+    if (good) return fmt::format("; write \"grid\": {}", quoted_whole(name));
+  }
+  return "; none of them can be a density (a grid of floats)";
+}
+
+[[noreturn]] void fail_as_reported(const std::string& path, const Json& report) {
+  const std::string kind = report.value("error", ""), message = report.value("message", "");
+  const char* format = fs::path(path).extension() == ".nvdb" ? "NanoVDB" : "VDB";
+  if (kind == error_format) {
+    if (message.find("version") != message.npos)  // one of the helper's own
+      fail(path, message);
+    fail(path, fmt::format("not a {} file: {}", format, message));
+  }
+  if (kind == error_choice) {
+    const Json grids = report.value("grids", Json::array());
+    if (grids.empty()) fail(path, message);
+    fail(path, fmt::format("{}; its grids: {}{}", message, listed(grids), remedy(grids)));
+  }
+  if (kind == error_memory) fail(path, "damaged, or too large: " + message);
+  fail(path, "damaged: " + cut(message, 300));
+}
+
+// ---- Files
+
+Descriptor open_file(const std::string& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) fail(path, "is a folder");
+  Descriptor file = Descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (file.number() < 0) fail(path, errno == ENOENT ? "no such file" : std::strerror(errno));
+  struct stat status {};
+  if (::fstat(file.number(), &status) != 0 || !S_ISREG(status.st_mode))
+    fail(path, "is no regular file");
+  return out_of_the_way(std::move(file));
+}
+
+Descriptor memory_file() {
+  Descriptor file(::memfd_create("tyndall-grid", MFD_CLOEXEC));
+  if (file.number() < 0)
+    throw Error(ExitCode::internal, fmt::format("no memory file: {}", std::strerror(errno)));
+  return out_of_the_way(std::move(file));
+}
+
+/// The grid that the helper left in the memory file. \throws Error, DamagedVolume
+std::shared_ptr<const Volume> adopt(const Descriptor& memory, const Json& loaded) {
+  struct stat status {};
+  ::fstat(memory.number(), &status);
+  const auto size = static_cast<std::size_t>(status.st_size);
+  if (size == 0 || loaded.value("grid_bytes", std::uint64_t{0}) > size)
+    throw DamagedVolume("no grid came back from it");
+  void* p = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, memory.number(), 0);
+  if (p == MAP_FAILED) throw std::bad_alloc();
+  const std::shared_ptr<std::byte> bytes(static_cast<std::byte*>(p),
+                                         [size](std::byte* b) { ::munmap(b, size); });
+  Hasher hash;
+  for (std::size_t at = 0; at + 8 <= size; at += 8) {
+    std::uint64_t word;
+    std::memcpy(&word, bytes.get() + at, sizeof word);
+    hash.add(word);
+  }
+  if (loaded.value("checksum", "") != fmt::format("{:016x}", hash.value()))
+    throw DamagedVolume("the grid that came back from it is not the one that was sent");
+  return std::make_shared<const Volume>(bytes, size);
+}
+
+void add_warnings(const Json& loaded, LoadedVolume& out) {
+  const auto warn = [&](const char* key, const std::string& what) {
+    if (const auto n = loaded.value(key, std::uint64_t{0}); n > 0)
+      out.warnings.push_back(
+          fmt::format("{} of {} active voxels {}", n, out.volume->active_voxels(), what));
+  };
+  warn("not_numbers", "are no numbers (NaN): taken as 0");
+  warn("huge",
+       fmt::format("are infinite or beyond 1e12: taken as {:.4g}, the largest of the others",
+                   loaded.value("most", 0.0)));
+  if (loaded.value("strange_background", false))
+    out.warnings.push_back("the background is no number or beyond 1e12: taken as 0");
+}
+
+LoadedVolume load(const std::string& path, std::vector<std::string> words) {
+  const auto start = Clock::now();
+  const Descriptor file = open_file(path), memory = memory_file();
+  const Outcome outcome = call_helper(path, file, memory, std::move(words));
+  if (outcome.report.contains("error")) fail_as_reported(path, outcome.report);
+  const Json loaded = outcome.report.value("loaded", Json::object());
+  LoadedVolume out;
+  out.child_memory = outcome.memory;
+  out.is_open = !loaded.value("closed", true);
+  try {
+    out.volume = adopt(memory, loaded);
+  } catch (const DamagedVolume& damage) {
+    fail(path, std::string("damaged: ") + damage.what());
+  }
+  add_warnings(loaded, out);
+  const Volume& v = *out.volume;
+  if (v.active_voxels() == 0)
+    fail(path, fmt::format("nothing to render: grid {} has no active voxels", quoted(v.name())));
+  // Clamped by the remap unless that makes them positive.
+  if (const auto n = loaded.value("negative", std::uint64_t{0}); n > 0 && !v.is_level_set())
+    out.warnings.push_back(fmt::format(
+        "{} of {} active voxels are negative, down to {:.4g}: where a remap leaves them "
+        "so, taken as 0",
+        n, v.active_voxels(), v.minimum()));
+  out.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+  return out;
+}
+
+std::string format_of(const std::string& path) {
+  return fs::path(path).extension() == ".nvdb" ? "nvdb" : "vdb";
+}
+
+}  // namespace
+
+LoadedVolume load_volume(const std::string& path, const std::string& fallback,
+                         const std::optional<std::string>& grid) {
+  std::vector<std::string> words{"load", format_of(path), fallback};
+  if (grid) words.push_back(*grid);
+  return load(path, std::move(words));
+}
+
+LoadedVolume load_mesh(const std::string& path, int voxels) {
+  return load(path, {"mesh", std::to_string(voxels)});
+}
+
+std::vector<GridEntry> list_grids(const std::string& path) {
+  const Descriptor file = open_file(path), memory = memory_file();
+  const Outcome outcome = call_helper(path, file, memory, {"list", format_of(path), ""});
+  if (outcome.report.contains("error")) fail_as_reported(path, outcome.report);
+  std::vector<GridEntry> entries;
+  for (const Json& grid : outcome.report.value("grids", Json::array())) {
+    entries.push_back(
+        {grid.value("unique_name", ""), grid.value("type", ""), grid.value("class", ""),
+         grid.value("map", ""), grid.value("voxels", std::uint64_t{0}),
+         grid.value("bytes", std::uint64_t{0}), grid.value("transform", std::vector<double>{})});
+  }
+  return entries;
+}
+
+bool is_volume_file(const std::string& path) {
+  const fs::path extension = fs::path(path).extension();
+  return extension == ".vdb" || extension == ".nvdb";
+}
+
+}  // namespace tyndall::io

@@ -1,0 +1,50 @@
+/// \file
+/// Grids of .vdb and .nvdb files and bodies of .obj meshes. A child process reads them
+/// (io/helper/protocol.h); what it hands back is checked here.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tyndall/render/error.h"
+#include "tyndall/render/volume.h"
+
+namespace tyndall::io {
+
+/// What a file says of one of its grids; 0 and empty where it does not.
+struct GridEntry {
+  std::string unique_name;  ///< "density[1]" for the second one named density
+  std::string type, grid_class, map;
+  std::uint64_t voxels = 0, bytes = 0;
+  std::vector<double> transform;  ///< index space to world space, 3 rows of 4
+};
+
+/// A grid that was read, and how that went.
+struct LoadedVolume {
+  std::shared_ptr<const Volume> volume;
+  std::vector<std::string> warnings;
+  double seconds = 0;              ///< all that it took
+  std::uint64_t child_memory = 0;  ///< [byte] the most that the child had resident
+  bool is_open = false;            ///< a mesh with holes: made a shell
+};
+
+/// Reads the grid `grid`, or without one the grid named `fallback`, which must be one alone.
+/// \throws Error(input_missing): file and remedy.
+LoadedVolume load_volume(const std::string& path, const std::string& fallback,
+                         const std::optional<std::string>& grid);
+
+/// Voxelises what is within a mesh, or a shell about it where it is open, at `voxels` along its
+/// longest side, as a level set. \throws Error(input_missing).
+LoadedVolume load_mesh(const std::string& path, int voxels);
+
+/// \throws Error(input_missing).
+std::vector<GridEntry> list_grids(const std::string& path);
+
+/// Whether the name of a file is that of one with grids: .vdb or .nvdb.
+bool is_volume_file(const std::string& path);
+
+}  // namespace tyndall::io
