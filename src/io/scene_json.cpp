@@ -234,12 +234,13 @@ Kind<Interpolation> interpolation() {
       {{"trilinear", Interpolation::trilinear}, {"nearest", Interpolation::nearest}});
 }
 
-Case<Field> vdb() {
+/// \param fallback the grid that is meant where none is named.
+Case<Field> vdb(const std::string& fallback) {
   std::vector<Key<VolumeSource>> keys = volume_keys<VolumeSource>("a .vdb or .nvdb file");
   keys.push_back(setter<VolumeSource>(
-      "grid", std::string("density"),
-      [](VolumeSource& s, const std::string& grid) { s.grid = grid; }, text("the name of a grid"),
-      "", "which of the file's grids; \"density[1]\" is the second one of that name"));
+      "grid", fallback, [](VolumeSource& s, const std::string& grid) { s.grid = grid; },
+      text("the name of a grid"), "",
+      "which of the file's grids; \"density[1]\" is the second one of that name"));
   keys.push_back(setter<VolumeSource>(
       "interpolation", Interpolation::trilinear,
       [](VolumeSource& s, const Interpolation& i) { s.field.interpolation = i; }, interpolation(),
@@ -254,10 +255,10 @@ Case<Field> vdb() {
       std::move(keys),
       {{},
        false,
-       [](Reader& reader, const Node& node, VolumeSource& source) {
-         const std::string what = source.grid ? "\n" + *source.grid : "";
+       [=](Reader& reader, const Node& node, VolumeSource& source) {
+         const std::string what = fmt::format("\n{}", source.grid.value_or(fallback));
          load_source(reader, node, source, what, [&](const std::string& path) {
-           return load_volume(path, "density", source.grid);
+           return load_volume(path, fallback, source.grid);
          });
          const Volume* volume = source.field.volume.get();
          if (volume && volume->is_level_set() && !source.grid)
@@ -302,7 +303,7 @@ Case<Field> grid() {
       {{{"values"}, {"file"}}, true, load_values});
 }
 
-Kind<Field> field() {
+Kind<Field> field(const std::string& fallback) {
   const auto solid = [](const auto& body) { return Field(Solid{body}); };
   return variant<Field>(
       {one<Field, Everywhere>("homogeneous", "density 1 everywhere", {}, {}, solid),
@@ -312,7 +313,7 @@ Kind<Field> field() {
        one<Field, Capsule>("capsule", "density 1 inside a capsule", capsule(), {}, solid),
        one<Field>("noise_cloud", "density clamp(contrast (noise + coverage - falloff q), 0, 1)",
                   noise_cloud()),
-       grid(), vdb(), mesh()});
+       grid(), vdb(fallback), mesh()});
 }
 
 Kind<Phase> phase() {
@@ -392,14 +393,34 @@ Kind<glm::dmat4> transform() {
           true};
 }
 
+Kind<Emission> emission() {
+  return variant<Emission>(
+      {one<Emission, NoEmission>("none", "dark", {}),
+       one<Emission, ColorEmission>(
+           "color", "the same colour throughout, times a field or a grid of colours",
+           {key("radiance", &ColorEmission::radiance, color(limits::light), "W/(area sr)",
+                "of an opaque body"),
+            key("field", &ColorEmission::field, field("emission"), "",
+                "in the space of the component's own; a grid from a file is placed as that is")}),
+       one<Emission, BlackbodyEmission>(
+           "blackbody", "glows as hot things do, in W/(m^2 sr) as bright as the eye sees it",
+           {required(key("temperature", &BlackbodyEmission::temperature, field("temperature"), "K",
+                         "a field of temperatures; its remap makes kelvins of other numbers")),
+            key("intensity", &BlackbodyEmission::intensity, number(limits::light), "",
+                "times the radiance of a black body")})});
+}
+
 Kind<Component> component() {
   return object<Component>(
-      {required(key("field", &Component::field, field(), "", "where its matter is: the density")),
+      {required(key("field", &Component::field, field("density"), "",
+                    "where its matter is: the density")),
        required(key("extinction", &Component::extinction, number(limits::extinction), "1/length",
                     "at density 1")),
        key("albedo", &Component::albedo, color(limits::albedo), "",
            "scattered share of the extinction"),
        key("phase", &Component::phase, phase(), "", "where the scattered light goes"),
+       key("emission", &Component::emission, emission(), "",
+           "what it shines by itself: as it absorbs, extinction (1 - albedo) times a radiance"),
        key("transform", &Component::transform, transform(), "",
            "from field space to world space")});
 }

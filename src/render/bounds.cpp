@@ -156,20 +156,23 @@ Bounds remapped(const Remap& remap, Bounds values) {
 double position_rounding(double x) { return 2 * half_ulp * std::abs(x) + 1e-6; }
 
 double clamp_to_reach(double x) {
-  return std::clamp(x, -double{SparseGrid::reach}, double{SparseGrid::reach});
+  return std::clamp(x, -double{CellOfVoxels::reach}, double{CellOfVoxels::reach});
 }
+
+struct Voxels {
+  glm::ivec3 low, high;  ///< both belong to it
+};
 
 /// The values of all voxels of a box, from the extremes of the nodes within it: the effort grows
 /// with its surface, not with its volume, and where there are no nodes there is none.
+/// Of colours: of all channels together.
+template <class Grid>
 class VoxelRange {
  public:
-  struct Voxels {
-    glm::ivec3 low, high;  ///< both belong to it
-  };
-
-  VoxelRange(const SparseGrid& grid, const Voxels& box) : grid_(grid), box_(box) {
-    using Root = SparseTree<float>::Root;
-    const auto* root = reinterpret_cast<const Root::DataType*>(grid.tree.bytes + grid.tree.root);
+  VoxelRange(const Grid& grid, const Voxels& box) : grid_(grid), box_(box) {
+    using Root = typename Tree::Root;
+    const auto* root =
+        reinterpret_cast<const typename Root::DataType*>(grid.tree.bytes + grid.tree.root);
     double covered = 0;
     for (std::uint32_t n = 0; n < root->mTableSize; ++n) {
       const auto* tile = root->tile(n);
@@ -193,8 +196,10 @@ class VoxelRange {
   Bounds bounds() const { return {low_, high_}; }
 
  private:
-  using Upper = SparseTree<float>::Upper;
-  using Leaf = SparseTree<float>::Leaf;
+  using Value = typename Grid::Value;
+  using Tree = SparseTree<Value>;
+  using Upper = typename Tree::Upper;
+  using Leaf = typename Tree::Leaf;
 
   /// The part of a node that the box covers.
   Voxels within(glm::ivec3 origin, int edge) const {
@@ -211,6 +216,7 @@ class VoxelRange {
     low_ = std::min(low_, double{value});
     high_ = std::max(high_, double{value});
   }
+  void add(const nanovdb::Vec3f& color) { add(color[0]), add(color[1]), add(color[2]); }
 
   template <class Node>
   void add(const Node& node, glm::ivec3 origin) {
@@ -249,10 +255,10 @@ class VoxelRange {
             for (int k = part.low.z; k <= part.high.z; ++k)
               add(data.getValue(SparseGrid::offset(nanovdb::Coord(i, j, k))));
       }
-      return 0.0f;
+      return Value(0.0f);
     });
   }
-  void add_extremes(const SparseGrid::LeafData<float>& data) {
+  void add_extremes(const SparseGrid::LeafData<Value>& data) {
     add(data.mMinimum);
     add(data.mMaximum);
   }
@@ -262,10 +268,30 @@ class VoxelRange {
     add(static_cast<float>((1u << data.bitWidth()) - 1u) * data.mQuantum + data.mMinimum);
   }
 
-  const SparseGrid& grid_;
+  const Grid& grid_;
   Voxels box_;
   double low_ = 1e300, high_ = -1e300;
 };
+
+/// Of all values between voxels.
+template <class Grid>
+Bounds value_bounds(const Grid& grid, const Region& region) {
+  const auto voxel = [&](double x, int side) {
+    const double shifted = clamp_to_reach(x + (grid.nearest ? 0.5 : 0.0));
+    return static_cast<int>(std::floor(shifted + side * position_rounding(shifted)));
+  };
+  const glm::dvec3 low = region.center - region.half, high = region.center + region.half;
+  const glm::ivec3 origin(grid.origin[0], grid.origin[1], grid.origin[2]);
+  const glm::ivec3 first(voxel(low.x, -1), voxel(low.y, -1), voxel(low.z, -1)),
+      last(voxel(high.x, 1), voxel(high.y, 1), voxel(high.z, 1));
+  const int next = grid.nearest ? 0 : 1;
+  const Bounds values = VoxelRange<Grid>(grid, {origin + first, origin + last + next}).bounds();
+  const double slack =
+      grid.nearest
+          ? 0.0
+          : interpolation_rounding * (values.upper - values.lower + largest_magnitude(values));
+  return {values.lower - slack, values.upper + slack};
+}
 
 }  // namespace
 
@@ -338,26 +364,7 @@ Bounds density_bounds(const DenseGrid& field, const Region& region) {
 }
 
 Bounds density_bounds(const SparseGrid& field, const Region& region) {
-  const auto first = [&](double x) {
-    const double shifted = clamp_to_reach(x + (field.nearest ? 0.5 : 0.0));
-    return static_cast<int>(std::floor(shifted - position_rounding(shifted)));
-  };
-  const auto last = [&](double x) {
-    const double shifted = clamp_to_reach(x + (field.nearest ? 0.5 : 0.0));
-    return static_cast<int>(std::floor(shifted + position_rounding(shifted)))
-           + (field.nearest ? 0 : 1);
-  };
-  const glm::dvec3 low = region.center - region.half, high = region.center + region.half;
-  const glm::ivec3 origin(field.origin[0], field.origin[1], field.origin[2]);
-  const Bounds values =
-      VoxelRange(field, {origin + glm::ivec3(first(low.x), first(low.y), first(low.z)),
-                         origin + glm::ivec3(last(high.x), last(high.y), last(high.z))})
-          .bounds();
-  const double slack =
-      field.nearest
-          ? 0.0
-          : interpolation_rounding * (values.upper - values.lower + largest_magnitude(values));
-  const Bounds between{values.lower - slack, values.upper + slack};
+  const Bounds between = value_bounds(field, region);
   if (field.solid) return {between.upper <= 0 ? 1.0 : 0.0, between.lower > 0 ? 0.0 : 1.0};
   return remapped(field.remap, between);
 }
@@ -374,6 +381,22 @@ Bounds density_bounds(const AnyField& field, const Region& region) {
       return density_bounds(field.sparse_grid, region);
   }
   return {0, 0};
+}
+
+double emission_bound(const Emission& emission, Vec3f share, const Region& region) {
+  constexpr double rounded = 1 + 1e-6;
+  const Vec3f factor = share * emission.factor;
+  switch (emission.kind) {
+    case Emission::Kind::scalar:
+      return rounded * largest(factor) * density_bounds(emission.field, region).upper;
+    case Emission::Kind::color:
+      return rounded * largest(factor) * value_bounds(emission.colors, region).upper;
+    case Emission::Kind::blackbody: {
+      const double hottest = density_bounds(emission.field, region).upper;
+      return rounded * largest(factor * emission.blackbody(static_cast<float>(rounded * hottest)));
+    }
+  }
+  return 0;
 }
 
 }  // namespace tyndall

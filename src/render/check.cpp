@@ -161,13 +161,34 @@ class Checker {
     if (const auto* hg = std::get_if<HenyeyGreensteinPhase>(&c.phase))
       number(path + ".phase.g", hg->g, limits::g);
     transform(path + ".transform", c.transform);
+    field(path + ".field", c, c.field);
+    emission(path + ".emission", c);
+  }
 
-    const std::string field = path + ".field";
-    std::visit(Overloaded{[&](const scene::Solid& solid) { body(field, solid.body); },
-                          [&](const scene::NoiseCloud& cloud) { noise(field, cloud); },
+  void field(const std::string& path, const scene::Component& c, const Field& of) {
+    std::visit(Overloaded{[&](const scene::Solid& solid) { body(path, solid.body); },
+                          [&](const scene::NoiseCloud& cloud) { noise(path, cloud); },
                           [&](const scene::DenseGrid& grid) { dense_grid(path, grid); },
-                          [&](const scene::SparseGrid& grid) { sparse_grid(path, c, grid); }},
-               c.field);
+                          [&](const scene::SparseGrid&) { sparse_grid(path, c, of); }},
+               of);
+  }
+
+  void emission(const std::string& path, const scene::Component& c) {
+    if (std::holds_alternative<NoEmission>(c.emission)) return;
+    if (const auto* color = std::get_if<ColorEmission>(&c.emission)) {
+      if (vector(path + ".radiance", color->radiance, limits::light)
+          && largest(color->radiance) == 0)
+        warning(path, "this emission is black");
+      field(path + ".field", c, color->field);
+    }
+    if (const auto* body = std::get_if<BlackbodyEmission>(&c.emission)) {
+      number(path + ".intensity", body->intensity, limits::light);
+      field(path + ".temperature", c, body->temperature);
+    }
+    if (std::min({c.albedo.x, c.albedo.y, c.albedo.z}) >= 1)
+      error(path,
+            "matter emits as it absorbs, and with albedo 1 it absorbs nothing: give the component "
+            "an albedo below 1");
   }
 
   /// Where the mean free path nears what positions resolve, flights would stand still.
@@ -271,27 +292,30 @@ class Checker {
   }
 
   void dense_grid(const std::string& path, const scene::DenseGrid& grid) {
-    remap(path + ".field.remap", grid.remap);
-    if (!numbers(path + ".field.size", grid.size, 3, limits::voxels)) return;
+    remap(path + ".remap", grid.remap);
+    if (!numbers(path + ".size", grid.size, 3, limits::voxels)) return;
     if (const std::string problem = grid_problem(grid); !problem.empty())
-      error(path + ".field.values", problem);
+      error(path + ".values", problem);
   }
 
-  void sparse_grid(const std::string& path, const scene::Component& c,
-                   const scene::SparseGrid& grid) {
-    remap(path + ".field.remap", grid.remap);
-    if (!grid.volume) return error(path + ".field", "no volume");
+  void sparse_grid(const std::string& path, const scene::Component& c, const Field& of) {
+    const auto& grid = std::get<scene::SparseGrid>(of);
+    remap(path + ".remap", grid.remap);
+    if (!grid.volume) return error(path, "no volume");
     const Volume& volume = *grid.volume;
-    if (volume.is_color()) return error(path + ".field", "a grid of colours is no density");
-    if (volume.active_voxels() == 0) return;
+    if (volume.is_color()) {
+      const auto* color = std::get_if<ColorEmission>(&c.emission);
+      if (color && &color->field == &of) return;
+      return error(path, "a grid of colours is neither a density nor a temperature");
+    }
+    if (volume.active_voxels() == 0 || &of != &c.field) return;
     const ActiveBounds box = active_box(volume, c.transform * fitted(grid) * volume.to_world());
     for (int a = 0; a < 3; ++a) {
       if (box.high[a] > scene_.medium.box_min[a] && box.low[a] < scene_.medium.box_max[a]) continue;
       return warning(
-          path + ".field",
-          fmt::format("outside of medium.box: its voxels are in [{:.6g}, {:.6g}, {:.6g}] "
-                      "to [{:.6g}, {:.6g}, {:.6g}]; move it, or the box",
-                      box.low.x, box.low.y, box.low.z, box.high.x, box.high.y, box.high.z));
+          path, fmt::format("outside of medium.box: its voxels are in [{:.6g}, {:.6g}, {:.6g}] "
+                            "to [{:.6g}, {:.6g}, {:.6g}]; move it, or the box",
+                            box.low.x, box.low.y, box.low.z, box.high.x, box.high.y, box.high.z));
     }
   }
 
@@ -361,6 +385,11 @@ class Checker {
           light);
     };
     if (std::any_of(scene_.lights.begin(), scene_.lights.end(), shines)) return;
+    const std::vector<scene::Component>& components = scene_.medium.components;
+    if (std::any_of(components.begin(), components.end(), [](const scene::Component& c) {
+          return !std::holds_alternative<NoEmission>(c.emission);
+        }))
+      return;
     if (largest(background) > 0) {
       warning("lights", "no light shines: only the background will be seen");
     } else {

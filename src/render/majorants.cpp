@@ -15,25 +15,6 @@ namespace {
 
 glm::dvec3 to_dvec3(Vec3f v) { return {v.x, v.y, v.z}; }
 
-/// `region` of local space as a box of field space, wide enough for the rounding of positions (4
-/// ulp of the box) and of the transform.
-Region in_field_space(const Affine& to_field, const Region& region, glm::dvec3 extent) {
-  const double ulp = std::ldexp(1.0, -23);
-  const glm::dvec3 half = region.half + 4.0 * ulp * extent;
-  const Vec3f rows[3] = {to_field.row_x, to_field.row_y, to_field.row_z};
-  const glm::dvec3 offset = to_dvec3(to_field.offset);
-  Region out;
-  for (int i = 0; i < 3; ++i) {
-    const glm::dvec3 row = to_dvec3(rows[i]), size = glm::abs(row);
-    out.center[i] = glm::dot(row, region.center) + offset[i];
-    const bool moves = size != glm::dvec3(i == 0, i == 1, i == 2) || offset[i] != 0.0;
-    const double rounding =
-        moves ? 4.0 * ulp * (glm::dot(size, extent) + std::abs(offset[i])) : 0.0;
-    out.half[i] = glm::dot(size, half) + rounding;
-  }
-  return out;
-}
-
 float round_up(double x) {
   const float f = static_cast<float>(x * (1 + 4e-7));
   return f < x ? std::nextafter(f, largest_float) : f;
@@ -94,20 +75,6 @@ MajorantTables build(const std::vector<Component<AnyField>>& components, const B
   return t;
 }
 
-/// The super-voxels where component `c` may have matter, as one box of local space.
-Region matter_region(const MajorantTables& t, std::size_t c, glm::dvec3 extent) {
-  const std::size_t cells = t.total.size();
-  glm::ivec3 low(t.nx, t.ny, t.nz), high(0);
-  for (std::size_t cell = 0; cell < cells; ++cell) {
-    if (t.upper[c * cells + cell] == 0.0f) continue;
-    const auto at = static_cast<int>(cell);
-    const glm::ivec3 i(at % t.nx, at / t.nx % t.ny, at / t.nx / t.ny);
-    low = glm::min(low, i), high = glm::max(high, i + 1);
-  }
-  const glm::dvec3 size = extent / glm::dvec3(t.nx, t.ny, t.nz);
-  return {0.5 * size * glm::dvec3(low + high), 0.5 * size * glm::dvec3(high - low)};
-}
-
 // ---- How many super-voxels: docs/resolution.md
 
 /// What a tentative collision takes, and a look-up, each in steps across a super-voxel: measured.
@@ -155,6 +122,36 @@ double best_refinement(const MajorantTables& probe, glm::dvec3 extent) {
 }
 
 }  // namespace
+
+Region in_field_space(const Affine& to_field, const Region& region, glm::dvec3 extent) {
+  const double ulp = std::ldexp(1.0, -23);
+  const glm::dvec3 half = region.half + 4.0 * ulp * extent;
+  const Vec3f rows[3] = {to_field.row_x, to_field.row_y, to_field.row_z};
+  const glm::dvec3 offset = to_dvec3(to_field.offset);
+  Region out;
+  for (int i = 0; i < 3; ++i) {
+    const glm::dvec3 row = to_dvec3(rows[i]), size = glm::abs(row);
+    out.center[i] = glm::dot(row, region.center) + offset[i];
+    const bool moves = size != glm::dvec3(i == 0, i == 1, i == 2) || offset[i] != 0.0;
+    const double rounding =
+        moves ? 4.0 * ulp * (glm::dot(size, extent) + std::abs(offset[i])) : 0.0;
+    out.half[i] = glm::dot(size, half) + rounding;
+  }
+  return out;
+}
+
+Region matter_region(const MajorantTables& t, std::size_t c, glm::dvec3 extent) {
+  const std::size_t cells = t.total.size();
+  glm::ivec3 low(t.nx, t.ny, t.nz), high(0);
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    if (t.upper[c * cells + cell] == 0.0f) continue;
+    const auto at = static_cast<int>(cell);
+    const glm::ivec3 i(at % t.nx, at / t.nx % t.ny, at / t.nx / t.ny);
+    low = glm::min(low, i), high = glm::max(high, i + 1);
+  }
+  const glm::dvec3 size = extent / glm::dvec3(t.nx, t.ny, t.nz);
+  return {0.5 * size * glm::dvec3(low + high), 0.5 * size * glm::dvec3(high - low)};
+}
 
 MajorantTables build_majorants(const std::vector<Component<AnyField>>& components, const Box& box,
                                std::array<int, 3> resolution, int threads,

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "render/emission.h"
 #include "render/majorants.h"
 #include "render/scene_values.h"
 #include "tyndall/render/bounds.h"
@@ -109,14 +111,15 @@ SparseGrid view(const scene::SparseGrid& grid) {
   return g;
 }
 
-/// The field space of a view to that of the scene's field.
-glm::dmat4 view_to_field(const scene::Field& field) {
-  const auto* grid = std::get_if<scene::SparseGrid>(&field);
+/// The field space of a view to that of the scene's field. \param leader whose `fit` counts
+glm::dmat4 view_to_field(const scene::Field& field, const scene::Field& leader) {
+  const auto *grid = std::get_if<scene::SparseGrid>(&field),
+             *first = std::get_if<scene::SparseGrid>(&leader);
   if (!grid) return glm::dmat4(1.0);
   const Volume& volume = *grid->volume;
   glm::dmat4 place = volume.to_world();
   place[3] = place * glm::dvec4(glm::dvec3(volume.low()), 1.0);
-  return fitted(*grid) * place;
+  return fitted(first ? *first : *grid) * place;
 }
 
 Phase view(const scene::Phase& phase) {
@@ -131,15 +134,55 @@ Phase view(const scene::Phase& phase) {
       phase);
 }
 
+/// Local space to the field space of a view of `field`, the component's or its emission's.
+Affine local_to_view(const scene::Component& component, const scene::Field& field,
+                     glm::dvec3 box_min) {
+  const glm::dmat4 inverse =
+      glm::inverse(component.transform * view_to_field(field, component.field));
+  const glm::dvec3 offset(inverse * glm::dvec4(box_min, 1.0));
+  return {to_vec3f({inverse[0][0], inverse[1][0], inverse[2][0]}),
+          to_vec3f({inverse[0][1], inverse[1][1], inverse[2][1]}),
+          to_vec3f({inverse[0][2], inverse[1][2], inverse[2][2]}), to_vec3f(offset)};
+}
+
+AnyField any_view(const scene::Field& field) {
+  return std::visit([](const auto& f) { return AnyField(view(f)); }, field);
+}
+
+/// \return nothing where the component does not shine.
+std::optional<Emission> view_emission(const scene::Component& component, glm::dvec3 box_min) {
+  Emission e;
+  const auto place = [&](const scene::Field& field) {
+    e.to_field = local_to_view(component, field, box_min);
+  };
+  if (const auto* color = std::get_if<scene::ColorEmission>(&component.emission)) {
+    e.factor = to_vec3f(color->radiance);
+    place(color->field);
+    const auto* grid = std::get_if<scene::SparseGrid>(&color->field);
+    if (grid && grid->volume->is_color()) {
+      e.kind = Emission::Kind::color;
+      e.colors = grid->volume->color_view();
+      e.colors.nearest = grid->interpolation == scene::Interpolation::nearest;
+    } else {
+      e.field = any_view(color->field);
+    }
+    return e;
+  }
+  if (const auto* body = std::get_if<scene::BlackbodyEmission>(&component.emission)) {
+    e.kind = Emission::Kind::blackbody;
+    e.factor = to_vec3f(glm::dvec3(body->intensity));
+    e.blackbody.rgb = blackbody_table().data();
+    place(body->temperature);
+    e.field = any_view(body->temperature);
+    return e;
+  }
+  return {};
+}
+
 Component<AnyField> view(const scene::Component& component, glm::dvec3 box_min) {
   Component<AnyField> c;
-  c.field = std::visit([](const auto& field) { return AnyField(view(field)); }, component.field);
-  const glm::dmat4 inverse = glm::inverse(component.transform * view_to_field(component.field));
-  const glm::dvec3 offset(inverse * glm::dvec4(box_min, 1.0));
-  c.to_field.row_x = to_vec3f({inverse[0][0], inverse[1][0], inverse[2][0]});
-  c.to_field.row_y = to_vec3f({inverse[0][1], inverse[1][1], inverse[2][1]});
-  c.to_field.row_z = to_vec3f({inverse[0][2], inverse[1][2], inverse[2][2]});
-  c.to_field.offset = to_vec3f(offset);
+  c.field = any_view(component.field);
+  c.to_field = local_to_view(component, component.field, box_min);
   c.extinction = static_cast<float>(component.extinction);
   c.albedo = to_vec3f(component.albedo);
   c.phase = view(component.phase);
@@ -162,7 +205,7 @@ double default_marching_step(const Scene& scene) {
   double step = 1e300;
   const double least = glm::length(scene.medium.box_max - scene.medium.box_min) / most_steps;
   for (const scene::Component& c : scene.medium.components) {
-    const glm::dmat3 m(c.transform * view_to_field(c.field));
+    const glm::dmat3 m(c.transform * view_to_field(c.field, c.field));
     const double scale = std::min({glm::length(m[0]), glm::length(m[1]), glm::length(m[2])});
     step = std::min(step, scale * finest_feature(c.field));
   }
@@ -260,8 +303,15 @@ void add_light(const scene::EnvironmentLight& light, glm::dvec3, const Box& box,
   }
 }
 
-void prepare_lights(const Scene& scene, const Box& box, PreparedScene& out) {
+void prepare_lights(const Scene& scene, const Box& box, int threads, const Stop& stop,
+                    PreparedScene& out) {
   EmitterList list;
+  for (std::size_t c = 0; c < out.components.size(); ++c) {
+    if (!out.components[c].emission) continue;
+    Glow g = glow(out.components, c, box, out.tables, threads, stop);
+    list.add(g.emitter, glm::dvec3(g.power));
+    out.glow_tables.push_back(std::move(g.ends));
+  }
   for (const scene::Light& light : scene.lights) {
     std::visit(
         [&](const auto& l) { add_light(l, scene.medium.box_min, box, list, out.unshot_power); },
@@ -297,9 +347,18 @@ void prepare_camera(const Scene& scene, PreparedScene& out) {
                 to_vec3f(tangent * c.resolution[1] / c.resolution[0] * up)};
 }
 
+/// [W/(area sr)], or more.
+double brightest_source(const Component<AnyField>& c, const Box& box) {
+  const glm::dvec3 extent = to_dvec3(box.extent);
+  const Region whole{0.5 * extent, 0.5 * extent};
+  return emission_bound(*c.emission, Vec3f{1, 1, 1} - c.albedo,
+                        in_field_space(c.emission->to_field, whole, extent));
+}
+
 /// A power of two near the radiance of the brightest things: the film's integers count 2^-24 of it,
 /// and its samples end at Film::range times it.
-float film_unit(const Scene& scene, const Box& box) {
+float film_unit(const Scene& scene, const std::vector<Component<AnyField>>& components,
+                const Box& box) {
   const glm::dvec3 center = 0.5 * to_dvec3(box.extent);
   const auto radiance = Overloaded{
       [&](const scene::PointLight& l) {
@@ -312,6 +371,9 @@ float film_unit(const Scene& scene, const Box& box) {
   double brightest = largest(scene.background);
   for (const scene::Light& light : scene.lights)
     brightest = std::max(brightest, std::visit(radiance, light));
+  for (const Component<AnyField>& c : components) {
+    if (c.emission) brightest = std::max(brightest, brightest_source(c, box));
+  }
   if (!(brightest > 0)) return 1.0f;
   int exponent = 0;
   std::frexp(brightest, &exponent);
@@ -323,7 +385,9 @@ bool is_grey(Vec3f color) { return color.x == color.y && color.y == color.z; }
 /// One where nothing has a colour: a third of the memory and of the deposits.
 int illumination_channels(const PreparedScene& scene) {
   const bool grey = std::all_of(scene.emitters.begin(), scene.emitters.end(),
-                                [](const Emitter& e) { return is_grey(e.weight); })
+                                [](const Emitter& e) {
+                                  return e.kind != Emitter::Kind::matter && is_grey(e.weight);
+                                })
                     && std::all_of(scene.components.begin(), scene.components.end(),
                                    [](const Component<AnyField>& c) { return is_grey(c.albedo); });
   return grey ? 1 : 3;
@@ -342,8 +406,13 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
 
   std::vector<Component<AnyField>> components;
   std::vector<float> majorants;
+  out.emissions.reserve(scene.medium.components.size());
   for (const scene::Component& c : scene.medium.components) {
     components.push_back(view(c, scene.medium.box_min));
+    if (const auto emission = view_emission(c, scene.medium.box_min)) {
+      out.emissions.push_back(*emission);
+      components.back().emission = &out.emissions.back();
+    }
     majorants.push_back(largest_sigma_t(components.back()));
   }
   out.scene_component = ascending(majorants);
@@ -372,8 +441,8 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
     const Component<AnyField>& c = out.components[0];
     const auto single = [&](const auto& field) {
       using Field = std::decay_t<decltype(field)>;
-      out.medium =
-          SingleMedium<Field>{grid, whole, {field, c.to_field, c.extinction, c.albedo, c.phase}};
+      out.medium = SingleMedium<Field>{
+          grid, whole, {field, c.to_field, c.extinction, c.albedo, c.phase, c.emission}};
     };
     switch (c.field.kind) {
       case AnyField::Kind::solid:
@@ -406,14 +475,14 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
       break;
   }
 
-  prepare_lights(scene, box, out);
+  prepare_lights(scene, box, threads, stop, out);
   prepare_camera(scene, out);
   for (const scene::Light& light : scene.lights) {
     if (const auto* e = std::get_if<scene::EnvironmentLight>(&light))
       out.background = out.background + to_vec3f(e->radiance);
   }
   out.background = out.background + to_vec3f(scene.background);
-  out.film_unit = film_unit(scene, box);
+  out.film_unit = film_unit(scene, out.components, box);
   out.seed = scene.seed;
 
   const auto [cx, cy, cz] = scene.illumination_resolution;

@@ -71,8 +71,11 @@ class SceneHasher {
   void add(const scene::IsotropicPhase&) {}
   void add(const scene::HenyeyGreensteinPhase& p) { add(p.g); }
   void add(const scene::RayleighPhase&) {}
+  void add(const scene::NoEmission&) {}
+  void add(const scene::ColorEmission& e) { (*this)(e.radiance, e.field); }
+  void add(const scene::BlackbodyEmission& e) { (*this)(e.temperature, e.intensity); }
   void add(const scene::Component& c) {
-    (*this)(c.field, c.extinction, c.albedo, c.phase, c.transform);
+    (*this)(c.field, c.extinction, c.albedo, c.phase, c.emission, c.transform);
   }
   void add(const scene::PointLight& l) { (*this)(l.position, l.power); }
   void add(const scene::DirectionalLight& l) { (*this)(l.direction, l.irradiance); }

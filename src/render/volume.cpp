@@ -428,6 +428,12 @@ bool Volume::is_level_set() const {
   return grid->mGridClass == nanovdb::GridClass::LevelSet;
 }
 
+ColorGrid Volume::color_view() const {
+  return {{reinterpret_cast<const std::uint8_t*>(buffer_.get()), size_, root_},
+          Coord(low_.x, low_.y, low_.z),
+          false};
+}
+
 SparseGrid Volume::view() const {
   SparseGrid grid;
   grid.tree = {reinterpret_cast<const std::uint8_t*>(buffer_.get()), size_, root_};

@@ -2,6 +2,7 @@
 /// A medium is the sum of its components: independent Poisson processes, superposed.
 #pragma once
 
+#include "tyndall/medium/emission.h"
 #include "tyndall/medium/fields.h"
 #include "tyndall/medium/majorant_grid.h"
 #include "tyndall/medium/phase.h"
@@ -16,6 +17,7 @@ struct Component {
   float extinction = 1;   ///< [1/length] at density 1
   Vec3f albedo{1, 1, 1};  ///< RGB
   Phase phase;
+  const Emission* emission = nullptr;  ///< of matter that shines
 
   /// [1/length]
   TYN_HD float sigma_t(Vec3f p, TreeNodes& nodes) const {
@@ -29,6 +31,21 @@ struct Component {
     return sigma_t(p, nodes);
   }
   TYN_HD bool scatters() const { return largest(albedo) > 0.0f; }
+
+  /// \return the radiance that matter at `p` adds at each real collision [W/(area sr)]: it emits as
+  /// it absorbs.
+  TYN_HD Vec3f emitted(Vec3f p) const {
+    return Vec3f{1.0f - albedo.x, 1.0f - albedo.y, 1.0f - albedo.z} * emission->source(p);
+  }
+
+  template <class Copy>
+  void relocate(Copy&& copy) {
+    if constexpr (requires { field.relocate(copy); }) field.relocate(copy);
+    if (!emission) return;
+    Emission moved = *emission;
+    moved.relocate(copy);
+    emission = copy(static_cast<const Emission*>(&moved), 1);
+  }
 
   /// \return v < sigma_t(p), v > 0: the same decision, from as few octaves as settle it, which are
   /// counted.
@@ -97,7 +114,7 @@ struct SingleMedium {
   void relocate(Copy&& copy) {
     super_voxels.relocate(copy);
     whole.relocate(copy);
-    if constexpr (requires { single.field.relocate(copy); }) single.field.relocate(copy);
+    single.relocate(copy);
   }
 };
 

@@ -86,17 +86,35 @@ struct SparseTree {
   }
 };
 
+/// Where a look-up at `p` begins: the first voxel of its cell, and the place within that.
+struct CellOfVoxels {
+  static constexpr float reach = 0x1p28f;  ///< positions beyond, along any axis, count as there
+
+  nanovdb::Coord first;
+  Vec3f place;
+
+  TYN_HD CellOfVoxels(Vec3f p, nanovdb::Coord origin, bool nearest) {
+    const float shift = nearest ? 0.5f : 0.0f;
+    const Vec3f q{clamp(p.x + shift, -reach, reach), clamp(p.y + shift, -reach, reach),
+                  clamp(p.z + shift, -reach, reach)};
+    const Vec3f cell{floor(q.x), floor(q.y), floor(q.z)};
+    first = {origin[0] + static_cast<int>(cell.x), origin[1] + static_cast<int>(cell.y),
+             origin[2] + static_cast<int>(cell.z)};
+    place = q - cell;
+  }
+};
+
 /// Values at integer positions of field space, between them interpolated. NanoVDB's float, Fp4,
 /// Fp8, Fp16 and FpN.
 struct SparseGrid {
+  using Value = float;
+
   SparseTree<float> tree;
   nanovdb::GridType type = nanovdb::GridType::Float;
   nanovdb::Coord origin;  ///< the voxel at the origin of field space
   bool nearest = false;
   bool solid = false;  ///< values are distances: density 1 up to 0, and 0 beyond
   Remap remap;         ///< of values that are no distances
-
-  static constexpr float reach = 0x1p28f;  ///< positions beyond, along any axis, count as there
 
   TYN_HD float density(Vec3f p) const {
     TreeNodes nodes;
@@ -109,14 +127,8 @@ struct SparseGrid {
   }
 
   TYN_HD float value(Vec3f p, TreeNodes& nodes) const {
-    const float shift = nearest ? 0.5f : 0.0f;
-    const Vec3f q{clamp(p.x + shift, -reach, reach), clamp(p.y + shift, -reach, reach),
-                  clamp(p.z + shift, -reach, reach)};
-    const Vec3f cell{floor(q.x), floor(q.y), floor(q.z)};
-    const nanovdb::Coord at(origin[0] + static_cast<int>(cell.x),
-                            origin[1] + static_cast<int>(cell.y),
-                            origin[2] + static_cast<int>(cell.z));
-    return nearest ? voxel(at, nodes) : corners(at, nodes).interpolate(q - cell);
+    const CellOfVoxels cell(p, origin, nearest);
+    return nearest ? voxel(cell.first, nodes) : corners(cell.first, nodes).interpolate(cell.place);
   }
 
   TYN_HD float voxel(nanovdb::Coord at, TreeNodes& nodes) const {
@@ -173,6 +185,44 @@ struct SparseGrid {
   template <class Copy>
   void relocate(Copy&& copy) {
     tree.relocate(copy);
+  }
+};
+
+/// Colours at integer positions of field space, between them interpolated; negative ones are black.
+struct ColorGrid {
+  using Value = nanovdb::Vec3f;
+
+  SparseTree<nanovdb::Vec3f> tree;
+  nanovdb::Coord origin;
+  bool nearest = false;
+
+  TYN_HD Vec3f color(Vec3f p) const {
+    TreeNodes nodes;
+    const CellOfVoxels cell(p, origin, nearest);
+    if (nearest) return positive(voxel(cell.first, nodes));
+    Corners red, green, blue;
+    for (int n = 0; n < 8; ++n) {
+      const nanovdb::Vec3f v = voxel(cell.first.offsetBy(n >> 2, n >> 1 & 1, n & 1), nodes);
+      red.value[n] = v[0], green.value[n] = v[1], blue.value[n] = v[2];
+    }
+    return positive(
+        {red.interpolate(cell.place), green.interpolate(cell.place), blue.interpolate(cell.place)});
+  }
+
+  template <class Read>
+  TYN_HD nanovdb::Vec3f with_leaf(const void* leaf, Read&& read) const {
+    return read(*static_cast<const SparseGrid::LeafData<nanovdb::Vec3f>*>(leaf));
+  }
+
+ private:
+  TYN_HD nanovdb::Vec3f voxel(nanovdb::Coord at, TreeNodes& nodes) const {
+    nanovdb::Vec3f tile(0, 0, 0);
+    const void* leaf = tree.find(at, nodes, tile);
+    if (!leaf) return tile;
+    return with_leaf(leaf, [&](const auto& data) { return data.getValue(SparseGrid::offset(at)); });
+  }
+  TYN_HD static Vec3f positive(nanovdb::Vec3f v) {
+    return {max(v[0], 0.0f), max(v[1], 0.0f), max(v[2], 0.0f)};
   }
 };
 

@@ -19,6 +19,7 @@ enum class Purpose : std::uint32_t {
   aim = 1,       ///< event 0: two for the first direction
   walk = 2,      ///< event n: accept, tau of the next flight, two for the next direction
   scatter = 3,   ///< event n: roulette
+  place = 4,     ///< event 0: where in matter that shines, three, and whether
 };
 
 /// One block: four 32-bit words.

@@ -5,6 +5,7 @@
 
 #include <glm/vec3.hpp>
 
+#include "tyndall/medium/emission.h"
 #include "tyndall/medium/fields.h"
 
 namespace tyndall {
@@ -24,5 +25,9 @@ Bounds density_bounds(const NoiseCloud& field, const Region& region);
 Bounds density_bounds(const DenseGrid& field, const Region& region);
 Bounds density_bounds(const SparseGrid& field, const Region& region);
 Bounds density_bounds(const AnyField& field, const Region& region);
+
+/// \return a bound of the largest channel of `share` times the emission's source, anywhere in
+/// `region` of its field's space.
+double emission_bound(const Emission& emission, Vec3f share, const Region& region);
 
 }  // namespace tyndall

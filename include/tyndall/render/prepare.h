@@ -49,7 +49,9 @@ struct PreparedScene {
 
   MajorantTables tables;
   std::vector<Component<AnyField>> components;
-  std::vector<std::vector<std::int8_t>> noise_tables;  ///< that components have
+  std::vector<std::vector<std::int8_t>> noise_tables;   ///< that components have
+  std::vector<Emission> emissions;                      ///< that they have; never resized
+  std::vector<std::vector<std::uint32_t>> glow_tables;  ///< that emitters have
 };
 
 /// \param threads for the bounds. \param progress told the share done, by the calling thread.
@@ -69,7 +71,7 @@ void MixedMedium::relocate(Copy&& copy) {
   super_voxels.relocate(copy);
   whole.relocate(copy);
   std::vector<Component<AnyField>> moved(components, components + component_count);
-  for (Component<AnyField>& component : moved) component.field.relocate(copy);
+  for (Component<AnyField>& component : moved) component.relocate(copy);
   components = copy(static_cast<const Component<AnyField>*>(moved.data()), moved.size());
 }
 

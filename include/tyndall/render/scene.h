@@ -127,11 +127,29 @@ struct HenyeyGreensteinPhase {
 struct RayleighPhase {};
 using Phase = std::variant<IsotropicPhase, HenyeyGreensteinPhase, RayleighPhase>;
 
+/// Matter emits as it absorbs: per length, extinction (1 - albedo) times these radiances
+/// [W/(area sr)]. The fields are in the space of the component's own; where that is a grid of a
+/// file, so are theirs, whatever their `fit`.
+struct NoEmission {};
+/// Radiance times the field, whose grid may be one of colours.
+struct ColorEmission {
+  glm::dvec3 radiance{1.0};
+  Field field = Solid{};
+};
+/// That of a black body at the field's temperature [K], in W/(m^2 sr), as bright as the eye sees it
+/// (luminance / (683 lm/W)), times the intensity.
+struct BlackbodyEmission {
+  Field temperature = Solid{};
+  double intensity = 1.0;
+};
+using Emission = std::variant<NoEmission, ColorEmission, BlackbodyEmission>;
+
 struct Component {
   Field field = Solid{};
   double extinction = 1.0;  ///< [1/length] at density 1, grey
   glm::dvec3 albedo{1.0};   ///< scattered share of the extinction, linear RGB, in [0, 1]
   Phase phase = IsotropicPhase{};
+  Emission emission = NoEmission{};
   glm::dmat4 transform{1.0};  ///< field space to world space, affine; glm's column order
 };
 

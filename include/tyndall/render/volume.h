@@ -53,6 +53,7 @@ class Volume {
 
   /// \return the grid as walks read it; field space is index space from low() on.
   SparseGrid view() const;
+  ColorGrid color_view() const;  ///< of a grid of colours
 
  private:
   template <class V>

@@ -3,10 +3,45 @@
 /// power, so that each photon carries the same power times a colour whose largest channel is 1.
 #pragma once
 
+#include "tyndall/medium/medium.h"
 #include "tyndall/random/random.h"
 #include "tyndall/transport/walk.h"
 
 namespace tyndall {
+
+/// Where the matter of a component may shine: a box of cells, each with an integer weight in
+/// proportion to a bound of what it emits, by which it is chosen.
+struct GlowCells {
+  Vec3f low{0, 0, 0}, size{0, 0, 0};  ///< of the box's first cell
+  int nx = 0, ny = 0, nz = 0;
+  const std::uint32_t* ends = nullptr;  ///< [nx ny nz] sums of the weights up to a cell, x fastest
+  float unit = 0;                       ///< emission at weight 1 [W/(length^3 sr)]
+
+  TYN_HD int count() const { return nx * ny * nz; }
+
+  TYN_HD int choose(std::uint32_t word) const {
+    const std::uint64_t sum = ends[count() - 1];
+    const auto at = static_cast<std::uint32_t>(word * sum >> 32);
+    int first = 0, last = count() - 1;  // the first cell that ends above
+    while (first < last) {
+      const int middle = (first + last) / 2;
+      if (ends[middle] > at)
+        last = middle;
+      else
+        first = middle + 1;
+    }
+    return first;
+  }
+  TYN_HD float bound(int cell) const {
+    return unit * static_cast<float>(ends[cell] - (cell > 0 ? ends[cell - 1] : 0u));
+  }
+  TYN_HD Vec3f point(int cell, float u, float v, float w) const {
+    return low
+           + size
+                 * Vec3f{static_cast<float>(cell % nx) + u, static_cast<float>(cell / nx % ny) + v,
+                         static_cast<float>(cell / nx / ny) + w};
+  }
+};
 
 struct Emitter {
   enum class Kind {
@@ -15,6 +50,7 @@ struct Emitter {
     beam,         ///< parallel light along `direction`, evenly over the face of the box
     environment,  ///< cosine-distributed inwards, evenly over the face of the box: constant
                   ///< radiance outside
+    matter,       ///< of a component that shines, evenly in all directions
   };
 
   Kind kind = Kind::point;
@@ -26,6 +62,14 @@ struct Emitter {
   float cone_cosine = -1;  ///< point: the cone that holds the medium
   float radius = 0;        ///< disc, across `direction`
   Face face = 0;           ///< beam, environment
+  int component = 0;       ///< matter: whose, of the prepared medium
+  GlowCells cells;         ///< matter
+
+  /// See DenseGrid::relocate.
+  template <class Copy>
+  void relocate(Copy&& copy) {
+    if (cells.ends) cells.ends = copy(cells.ends, static_cast<std::size_t>(cells.count()));
+  }
 };
 
 struct Lights {
@@ -52,11 +96,15 @@ struct Photon {
   Vec3f weight;  ///< RGB, in units of the power of one photon
 };
 
-/// Event 0 of a photon. \param first block (0, emission); `aim` block (0, aim) of its stream.
-TYN_HD Photon emit(const Lights& lights, const Box& box, RandomBlock first, RandomBlock aim) {
+TYN_HD const Emitter& choose(const Lights& lights, std::uint32_t word) {
   int chosen = 0;
-  while (chosen + 1 < lights.count && first.a > lights.emitters[chosen].last_word) ++chosen;
-  const Emitter& light = lights.emitters[chosen];
+  while (chosen + 1 < lights.count && word > lights.emitters[chosen].last_word) ++chosen;
+  return lights.emitters[chosen];
+}
+
+/// Event 0 of a photon. \param first block (0, emission); `aim` block (0, aim) of its stream. Not
+/// for matter, which emit_from_matter() asks.
+TYN_HD Photon emit(const Emitter& light, const Box& box, RandomBlock first, RandomBlock aim) {
   Photon photon{{light.position, light.direction}, light.weight};
   const float u = uniform_symmetric(aim.a), v = uniform_symmetric(aim.b);
   switch (light.kind) {
@@ -78,7 +126,32 @@ TYN_HD Photon emit(const Lights& lights, const Box& box, RandomBlock first, Rand
       photon.ray.origin = point_on_face(box, light.face, uniform(first.b), uniform(first.c));
       photon.ray.direction = direction_around(inward_normal(light.face), sqrt(u), v);
       break;
+    case Emitter::Kind::matter:
+      break;
   }
+  return photon;
+}
+TYN_HD Photon emit(const Lights& lights, const Box& box, RandomBlock first, RandomBlock aim) {
+  return emit(choose(lights, first.a), box, first, aim);
+}
+
+/// The same from matter that shines: a cell in proportion to its bound, an even point of it, and a
+/// test of what shines there against the bound. \return of weight 0 where that fails.
+template <class Medium>
+TYN_HD Photon emit_from_matter(const Emitter& light, const Medium& medium, RandomBlock first,
+                               RandomBlock aim, RandomBlock place) {
+  const int cell = light.cells.choose(first.b);
+  const Vec3f p = light.cells.point(cell, uniform(place.a), uniform(place.b), uniform(place.c));
+  const float u = uniform_symmetric(aim.a), v = uniform_symmetric(aim.b);
+  Photon photon{{p, direction_around({0, 0, 1}, 1.0f - 2.0f * u, v)}, {0, 0, 0}};
+  const auto& component = medium.component(light.component);
+  TreeNodes nodes;
+  const float sigma_t = component.sigma_t(p, nodes);
+  if (!(sigma_t > 0.0f)) return photon;
+  const Vec3f radiance = component.emitted(p);
+  const float most = largest(radiance), bound = light.cells.bound(cell);
+  TYN_EXPECT(sigma_t * most <= bound);
+  if (uniform(place.d) * bound < sigma_t * most) photon.weight = (1.0f / most) * radiance;
   return photon;
 }
 

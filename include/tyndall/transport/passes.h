@@ -104,16 +104,21 @@ struct ShootPass {
 
   // What becomes of a photon, and is written down, for every driver.
 
-  /// \return false where the photon misses the medium.
+  /// \return false where the photon misses the medium, or the matter that was to shine.
   TYN_HD bool begin(const RandomStream& random, Path& path, Vec3f& weight) const {
     const RandomBlock first = random.block(0, Purpose::emission);
-    const Photon photon = emit(lights, medium.whole.box, first, random.block(0, Purpose::aim));
+    const RandomBlock aim = random.block(0, Purpose::aim);
+    const Emitter& light = choose(lights, first.a);
+    const Photon photon =
+        light.kind == Emitter::Kind::matter
+            ? emit_from_matter(light, medium, first, aim, random.block(0, Purpose::place))
+            : emit(light, medium.whole.box, first, aim);
     path = {photon.ray, exponential(first.d), 0, {}};
     weight = photon.weight;
     Ledger& ledger = account->ledger;
     deposit(ledger.shot, 1);
     deposit_weight(ledger.shot_power, weight);
-    if (enter(medium.whole.box, path.ray)) return true;
+    if (largest(weight) > 0.0f && enter(medium.whole.box, path.ray)) return true;
     deposit(ledger.missed, 1);
     deposit_weight(ledger.missed_power, weight);
     return false;
@@ -325,6 +330,7 @@ struct GatherPass {
       radiance = component.albedo
                  * illumination.scattered(ray.origin, -1.0f * ray.direction, component.phase);
     }
+    if (component.emission) radiance = radiance + component.emitted(ray.origin);
     film.add(pixel_of(index), radiance, true);
   }
 
