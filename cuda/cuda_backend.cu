@@ -117,13 +117,11 @@ class CudaBackend final : public Backend {
     stop_ = stop;
     arrays_.clear();
     medium_ = scene.medium;
-    std::visit(
-        [&](auto& medium) {
-          medium.relocate([&](const auto* host, std::size_t count) { return keep(host, count); });
-        },
-        medium_);
-    lights_ = {keep(scene.emitters.data(), scene.emitters.size()),
-               static_cast<int>(scene.emitters.size())};
+    const auto to_device = [&](const auto* host, std::size_t count) { return keep(host, count); };
+    std::visit([&](auto& medium) { medium.relocate(to_device); }, medium_);
+    std::vector<Emitter> emitters = scene.emitters;
+    for (Emitter& emitter : emitters) emitter.relocate(to_device);
+    lights_ = {keep(emitters.data(), emitters.size()), static_cast<int>(emitters.size())};
     illumination_ =
         Buffer<std::int64_t>(scene.cells.count() * static_cast<std::size_t>(scene.cells.moments()));
     matter_ = Buffer<std::int64_t>(scene.cells.count());

@@ -57,6 +57,42 @@ TEST(Math, log_of_one_is_zero_and_its_signs_are_right) {
   EXPECT_NEAR(log(largest_float), 88.72284, 1e-5);
 }
 
+TEST(Math, exp_is_within_2_ulp_and_clamped) {
+  double worst = 0;
+  for (int i = -860000; i <= 880000; ++i) {
+    const float x = static_cast<float>(i) * 1e-4f;
+    const long double exact = std::exp(static_cast<long double>(x));
+    worst = std::max(worst, static_cast<double>(std::abs(exp(x) - exact)) / ulp(exact));
+  }
+  EXPECT_LE(worst, 2);
+  EXPECT_EQ(exp(0.0f), 1.0f);
+  EXPECT_EQ(exp(-1e30f), exp(-86.0f));
+  EXPECT_EQ(exp(1e30f), exp(88.0f));
+  EXPECT_LT(exp(88.0f), largest_float);
+}
+
+// The bounds of remapped densities allow 3e-5.
+TEST(Math, power_is_within_its_bound_and_never_falls) {
+  std::mt19937 random(5);
+  double worst = 0;
+  for (int i = 0; i < 2000000; ++i) {
+    const float x = bits_float(0x00800000u + random() % (float_bits(1e12f) - 0x00800000u));
+    const float y = 0.01f + 1e-5f * static_cast<float>(random() % 200000u);
+    const long double exact =
+        std::pow(static_cast<long double>(x), static_cast<long double>(y));
+    if (exact < 1e-36 || exact > 1e37) continue;
+    worst = std::max(worst, static_cast<double>(std::abs(power(x, y) / exact - 1)));
+  }
+  EXPECT_LT(worst, 3e-5);
+  EXPECT_EQ(power(0.0f, 2.0f), 0.0f);
+  EXPECT_EQ(power(1.0f, 2.0f), 1.0f);
+  float last = 0;
+  for (float x = 1e-6f; x < 10; x *= 1.0001f) {
+    EXPECT_GE(power(x, 0.45f) * (1 + 1e-6f), last);
+    last = power(x, 0.45f);
+  }
+}
+
 TEST(Math, sine_and_cosine_of_a_turn_are_within_2_to_the_minus_23) {
   double worst = 0;
   float at = 0;
