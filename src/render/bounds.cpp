@@ -223,6 +223,7 @@ class VoxelRange {
     using Child = typename Node::ChildNodeType;
     const Voxels part = within(origin, Node::DIM);
     const auto* data = node.data();
+    if (is_known(data->mMinimum) && is_known(data->mMaximum)) return;
     if (is_whole(part, Node::DIM)) {
       add(data->mMinimum);
       add(data->mMaximum);
@@ -249,7 +250,7 @@ class VoxelRange {
     grid_.with_leaf(&leaf, [&]<class Data>(const Data& data) {
       if (is_whole(part, 8)) {
         add_extremes(data);
-      } else {
+      } else if (!is_known(data)) {
         for (int i = part.low.x; i <= part.high.x; ++i)
           for (int j = part.low.y; j <= part.high.y; ++j)
             for (int k = part.low.z; k <= part.high.z; ++k)
@@ -258,6 +259,19 @@ class VoxelRange {
       return Value(0.0f);
     });
   }
+  /// Nothing below could change the range.
+  bool is_known(float v) const { return v >= low_ && v <= high_; }
+  bool is_known(const nanovdb::Vec3f& v) const {
+    return is_known(v[0]) && is_known(v[1]) && is_known(v[2]);
+  }
+  bool is_known(const SparseGrid::LeafData<Value>& data) const {
+    return is_known(data.mMinimum) && is_known(data.mMaximum);
+  }
+  template <class Data>
+  bool is_known(const Data&) const {
+    return false;
+  }
+
   void add_extremes(const SparseGrid::LeafData<Value>& data) {
     add(data.mMinimum);
     add(data.mMaximum);

@@ -194,4 +194,45 @@ std::vector<std::vector<std::int8_t>> tabulate_noise(std::vector<Component<AnyFi
   return tables;
 }
 
+std::vector<std::vector<std::uint8_t>> tabulate_bounds(std::vector<Component<AnyField>>& components,
+                                                       int threads, const Stop& stop) {
+  constexpr double most_bricks = 1 << 19;  // 1 MB: about what a core's second-level cache has
+  constexpr double finest = 1;             // voxels to an edge
+  std::vector<std::vector<std::uint8_t>> tables;
+  for (Component<AnyField>& component : components) {
+    if (component.field.kind != AnyField::Kind::sparse_grid) continue;
+    SparseGrid& grid = component.field.sparse_grid;
+    const double densest = density_bounds(grid, {glm::dvec3(0.0), glm::dvec3(1e30)}).upper;
+    if (!(densest > 0)) continue;
+    const glm::dvec3 extent(grid.extent[0] + 2, grid.extent[1] + 2, grid.extent[2] + 2);
+    const double edge = std::max(finest, cube_root(extent.x * extent.y * extent.z / most_bricks));
+    const glm::ivec3 n = glm::max(glm::ivec3(glm::ceil(extent / edge)), 1);
+    BoundTable table;
+    table.low = {-1, -1, -1};
+    const auto inverse = static_cast<float>(1 / edge);
+    table.inverse_brick_size = {inverse, inverse, inverse};
+    table.nx = n.x, table.ny = n.y, table.nz = n.z;
+    table.unit = round_up(densest / 255);
+    std::vector<std::uint8_t> codes(table.size());
+    // Positions are rounded on their way to a brick: it may be a neighbour's.
+    const double half = 0.5 * edge * (1 + 1e-3) + 4e-7 * std::max({extent.x, extent.y, extent.z});
+    parallel_for(0, codes.size() / 2, 256, threads, [&](std::uint64_t begin, std::uint64_t end) {
+      for (std::uint64_t brick = begin; brick < end; ++brick) {
+        stop_if(stop);
+        const auto at = static_cast<int>(brick);
+        const glm::dvec3 place(at % n.x, at / n.x % n.y, at / n.x / n.y);
+        const Bounds density = density_bounds(grid, {edge * (place + 0.5) - 1.0, glm::dvec3(half)});
+        const auto code = [&](double x) { return std::clamp(x / double{table.unit}, 0.0, 255.0); };
+        codes[2 * brick] = static_cast<std::uint8_t>(std::floor(code(density.lower) * (1 - 1e-6)));
+        codes[2 * brick + 1] =
+            static_cast<std::uint8_t>(std::ceil(std::min(code(density.upper) * (1 + 1e-6), 255.0)));
+      }
+    });
+    tables.push_back(std::move(codes));
+    table.codes = tables.back().data();
+    grid.bounds = table;
+  }
+  return tables;
+}
+
 }  // namespace tyndall

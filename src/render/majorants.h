@@ -13,6 +13,10 @@ std::vector<std::vector<std::int8_t>> tabulate_noise(std::vector<Component<AnyFi
                                                      const Box& box, const MajorantTables& bounds,
                                                      int threads, const Stop& stop);
 
+/// The same for components that are grids of files: bounds of their densities in small bricks.
+std::vector<std::vector<std::uint8_t>> tabulate_bounds(std::vector<Component<AnyField>>& components,
+                                                       int threads, const Stop& stop);
+
 /// `region` of local space as a box of field space, wide enough for the rounding of positions (4
 /// ulp of the box) and of the transform.
 Region in_field_space(const Affine& to_field, const Region& region, glm::dvec3 extent);

@@ -422,6 +422,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.tables = build_majorants(out.components, box, scene.medium.majorant_resolution, threads,
                                progress, stop);
   out.noise_tables = tabulate_noise(out.components, box, out.tables, threads, stop);
+  out.bound_tables = tabulate_bounds(out.components, threads, stop);
   const int nx = out.tables.nx, ny = out.tables.ny, nz = out.tables.nz;
   MajorantGrid grid, whole;
   grid.nx = nx, grid.ny = ny, grid.nz = nz;

@@ -439,6 +439,7 @@ SparseGrid Volume::view() const {
   grid.tree = {reinterpret_cast<const std::uint8_t*>(buffer_.get()), size_, root_};
   grid.type = type_;
   grid.origin = Coord(low_.x, low_.y, low_.z);
+  grid.extent = Coord(high_.x - low_.x, high_.y - low_.y, high_.z - low_.z);
   grid.solid = is_level_set();
   return grid;
 }

@@ -78,8 +78,7 @@ TEST(Math, power_is_within_its_bound_and_never_falls) {
   for (int i = 0; i < 2000000; ++i) {
     const float x = bits_float(0x00800000u + random() % (float_bits(1e12f) - 0x00800000u));
     const float y = 0.01f + 1e-5f * static_cast<float>(random() % 200000u);
-    const long double exact =
-        std::pow(static_cast<long double>(x), static_cast<long double>(y));
+    const long double exact = std::pow(static_cast<long double>(x), static_cast<long double>(y));
     if (exact < 1e-36 || exact > 1e37) continue;
     worst = std::max(worst, static_cast<double>(std::abs(power(x, y) / exact - 1)));
   }

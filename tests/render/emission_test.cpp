@@ -20,9 +20,7 @@ TEST(Exponential, is_within_4_ulp) {
   EXPECT_EQ(exponential(0.0), 1);
 }
 
-Vec3f blackbody(float temperature) {
-  return BlackbodyTable{blackbody_table().data()}(temperature);
-}
+Vec3f blackbody(float temperature) { return BlackbodyTable{blackbody_table().data()}(temperature); }
 double luminance(float temperature) {
   const Vec3f c = blackbody(temperature);
   return 0.2126729 * c.x + 0.7151522 * c.y + 0.0721750 * c.z;
@@ -46,7 +44,9 @@ TEST(Blackbody, has_the_colours_of_the_planckian_locus) {
   const struct {
     float temperature;
     double x, y;
-  } known[] = {{2855.5f, 0.4476, 0.4075}, {4000, 0.3805, 0.3768}, {6500, 0.3135, 0.3237},
+  } known[] = {{2855.5f, 0.4476, 0.4075},
+               {4000, 0.3805, 0.3768},
+               {6500, 0.3135, 0.3237},
                {10000, 0.2807, 0.2884}};
   for (const auto& k : known) {
     const auto [x, y] = chromaticity(k.temperature);

@@ -37,8 +37,8 @@ TEST_P(IsothermalOven, hides_matter_of_its_own_temperature) {
   scene.samples = 256;
   const std::vector<RenderResult> results = replicates(scene, 12);
   for (int channel = 0; channel < 3; ++channel) {
-    const Series mean = series(
-        results, [&](const RenderResult& r) { return mean_of_picture(r, channel); });
+    const Series mean =
+        series(results, [&](const RenderResult& r) { return mean_of_picture(r, channel); });
     std::printf("%-24s %d %.5f +- %.5f\n", GetParam().name, channel, mean.mean(),
                 mean.standard_error());
     EXPECT_GT(replicates_p(mean, 1), level);
@@ -64,8 +64,8 @@ TEST(Emission, of_an_isothermal_layer_is_that_of_an_opaque_one_times_its_opacity
   const double depth = 0.7;
   Scene scene = slab(depth, 0);
   scene.lights.clear();
-  scene.medium.components[0] = shining(scene.medium.components[0],
-                                       scene::ColorEmission{{3, 2, 1}, scene::Solid{}});
+  scene.medium.components[0] =
+      shining(scene.medium.components[0], scene::ColorEmission{{3, 2, 1}, scene::Solid{}});
   // Straight through: a camera far away that sees a spot of the layer.
   scene.camera.position = {0.5, 0.5, -1000};
   scene.camera.look_at = {0.5, 0.5, 0.5};
@@ -116,10 +116,11 @@ TEST(Emission, photons_carry_the_power_of_the_matter) {
       const double shot = unit * static_cast<double>(tallies.account.ledger.shot_power[channel]);
       // Photons are born or not: their number is as if drawn with the share that is.
       const double share =
-          1 - static_cast<double>(tallies.account.ledger.missed) / static_cast<double>(scene.photons);
-      const double error =
-          std::hypot(power[channel].standard_error(),
-                     shot * std::sqrt((1 - share) / share / static_cast<double>(scene.photons)) * 2);
+          1
+          - static_cast<double>(tallies.account.ledger.missed) / static_cast<double>(scene.photons);
+      const double error = std::hypot(
+          power[channel].standard_error(),
+          shot * std::sqrt((1 - share) / share / static_cast<double>(scene.photons)) * 2);
       std::printf("channel %d: %.5g W shot, %.5g W by quadrature, +- %.2g\n", channel, shot,
                   power[channel].mean(), error);
       EXPECT_LT(std::abs(shot - power[channel].mean()), 4 * error) << channel;
@@ -150,9 +151,9 @@ TEST(Emission, photons_start_where_the_matter_shines) {
   }
   for (std::uint64_t i = 0; i < 60000; ++i) {
     const RandomStream stream{1, i, Domain::photon};
-    const Photon photon = emit_from_matter(
-        prepared.emitters[0], medium, stream.block(0, Purpose::emission),
-        stream.block(0, Purpose::aim), stream.block(0, Purpose::place));
+    const Photon photon =
+        emit_from_matter(prepared.emitters[0], medium, stream.block(0, Purpose::emission),
+                         stream.block(0, Purpose::aim), stream.block(0, Purpose::place));
     if (largest(photon.weight) == 0) continue;
     ++counted[static_cast<int>(photon.ray.origin.x * slices)];
     ++born;

@@ -224,6 +224,7 @@ struct AnyField {
 
   TYN_HD bool exceeds(Vec3f p, float extinction, float v, Lookups& lookups) const {
     if (kind == Kind::noise_cloud) return noise_cloud.exceeds(p, extinction, v, lookups.octaves);
+    if (kind == Kind::sparse_grid) return sparse_grid.exceeds(p, extinction, v, lookups.nodes);
     return v < extinction * density(p, lookups.nodes);
   }
   TYN_HD int octave_count() const { return kind == Kind::noise_cloud ? noise_cloud.octaves : 0; }

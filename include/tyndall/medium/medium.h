@@ -54,6 +54,8 @@ struct Component {
       return field.exceeds(to_field(p), extinction, v, lookups);
     else if constexpr (requires { field.exceeds(p, v, v, lookups.octaves); })
       return field.exceeds(to_field(p), extinction, v, lookups.octaves);
+    else if constexpr (requires { field.exceeds(p, v, v, lookups.nodes); })
+      return field.exceeds(to_field(p), extinction, v, lookups.nodes);
     else
       return v < sigma_t(p, lookups.nodes);
   }

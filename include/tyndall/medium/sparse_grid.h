@@ -112,9 +112,11 @@ struct SparseGrid {
   SparseTree<float> tree;
   nanovdb::GridType type = nanovdb::GridType::Float;
   nanovdb::Coord origin;  ///< the voxel at the origin of field space
+  nanovdb::Coord extent;  ///< from there to the last active voxels
   bool nearest = false;
   bool solid = false;  ///< values are distances: density 1 up to 0, and 0 beyond
   Remap remap;         ///< of values that are no distances
+  BoundTable bounds;   ///< where there are voxels, or none
 
   TYN_HD float density(Vec3f p) const {
     TreeNodes nodes;
@@ -124,6 +126,17 @@ struct SparseGrid {
     const float v = value(p, nodes);
     if (solid) return v <= 0.0f ? 1.0f : 0.0f;
     return remap(v);
+  }
+
+  /// \return whether v < extinction * density(p), v > 0: the same decision, bit for bit, where the
+  /// bounds settle it.
+  TYN_HD bool exceeds(Vec3f p, float extinction, float v, TreeNodes& nodes) const {
+    float least, most;
+    if (bounds.codes && bounds.look_up(p, least, most)) {
+      if (v >= extinction * most) return false;
+      if (v < extinction * least) return true;
+    }
+    return v < extinction * density(p, nodes);
   }
 
   TYN_HD float value(Vec3f p, TreeNodes& nodes) const {
@@ -185,6 +198,7 @@ struct SparseGrid {
   template <class Copy>
   void relocate(Copy&& copy) {
     tree.relocate(copy);
+    bounds.relocate(copy);
   }
 };
 

@@ -3,6 +3,9 @@
 /// their values.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+
 #include "tyndall/base/vec3.h"
 
 namespace tyndall {
@@ -29,6 +32,38 @@ struct Corners {
     const float low = lerp(lerp(value[0], value[4], f.x), lerp(value[2], value[6], f.x), f.y);
     const float high = lerp(lerp(value[1], value[5], f.x), lerp(value[3], value[7], f.x), f.y);
     return lerp(low, high, f.z);
+  }
+};
+
+/// Bounds of a density over bricks of field space, in 8 bits, rounded outwards: asked before the
+/// voxels. No walk crosses the bricks, so they may be far smaller than super-voxels.
+struct BoundTable {
+  const std::uint8_t* codes = nullptr;  ///< [nz][ny][nx] of lower and upper bound
+  Vec3f low{0, 0, 0}, inverse_brick_size{0, 0, 0};
+  int nx = 0, ny = 0, nz = 0;
+  float unit = 0;  ///< density of a code
+
+  TYN_HD std::size_t size() const { return std::size_t{2} * nx * ny * nz; }
+
+  /// \return whether p is within the bricks.
+  TYN_HD bool look_up(Vec3f p, float& least, float& most) const {
+    const float x = (p.x - low.x) * inverse_brick_size.x, y = (p.y - low.y) * inverse_brick_size.y,
+                z = (p.z - low.z) * inverse_brick_size.z;
+    const bool inside = x >= 0.0f && y >= 0.0f && z >= 0.0f && x < static_cast<float>(nx)
+                        && y < static_cast<float>(ny) && z < static_cast<float>(nz);
+    if (!inside) return false;
+    const std::size_t brick =
+        (static_cast<std::size_t>(static_cast<int>(z)) * ny + static_cast<int>(y)) * nx
+        + static_cast<int>(x);
+    least = unit * static_cast<float>(codes[2 * brick]);
+    most = unit * static_cast<float>(codes[2 * brick + 1]);
+    return true;
+  }
+
+  /// See DenseGrid::relocate.
+  template <class Copy>
+  void relocate(Copy&& copy) {
+    if (codes) codes = copy(codes, size());
   }
 };
 

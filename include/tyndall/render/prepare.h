@@ -50,6 +50,7 @@ struct PreparedScene {
   MajorantTables tables;
   std::vector<Component<AnyField>> components;
   std::vector<std::vector<std::int8_t>> noise_tables;   ///< that components have
+  std::vector<std::vector<std::uint8_t>> bound_tables;  ///< the same
   std::vector<Emission> emissions;                      ///< that they have; never resized
   std::vector<std::vector<std::uint32_t>> glow_tables;  ///< that emitters have
 };
