@@ -2,16 +2,20 @@
 /// tyndall-micro: what a photon spends its time on, piece by piece, on one thread. Google
 /// Benchmark.
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <variant>
 #include <vector>
 
 #include <benchmark/benchmark.h>
+#include <nanovdb/util/GridBuilder.h>
 
 #include "media.h"
 #include "tyndall/medium/phase.h"
 #include "tyndall/random/random.h"
 #include "tyndall/render/parallel.h"
+#include "tyndall/render/volume.h"
 #include "tyndall/transport/illumination.h"
 #include "tyndall/transport/walk.h"
 
@@ -149,6 +153,46 @@ void density_grid_trilinear(benchmark::State& state) {
   each(state, [&](std::size_t i) { return grid.density(in.point[i]); });
 }
 
+/// 256^3 voxels of noise in a NanoVDB tree, 68 MB: what a simulation leaves.
+const Volume& stored_cloud() {
+  static const auto volume = [] {
+    constexpr int n = 256;
+    nanovdb::GridBuilder<float> builder(0.0f, nanovdb::GridClass::FogVolume);
+    auto voxels = builder.getAccessor();
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j < n; ++j) {
+        for (int k = 0; k < n; ++k) {
+          const Vec3f p{static_cast<float>(i) / n, static_cast<float>(j) / n,
+                        static_cast<float>(k) / n};
+          voxels.setValue(nanovdb::Coord(i, j, k), 1.5f + fractal_noise(p, 4, 0.5f, 1));
+        }
+      }
+    }
+    auto handle = std::make_shared<nanovdb::GridHandle<>>(builder.getHandle<>());
+    const std::shared_ptr<std::byte> bytes(
+        handle, reinterpret_cast<std::byte*>(handle->data()));
+    return std::make_shared<const Volume>(bytes, handle->size());
+  }();
+  return *volume;
+}
+
+/// Anywhere in the cloud: the nodes come from beyond the caches.
+void density_sparse_trilinear(benchmark::State& state) {
+  const SparseGrid grid = stored_cloud().view();
+  each(state, [&](std::size_t i) { return grid.density(254.0f * in.point[i]); });
+}
+
+/// Along rays, `stride` voxels apart, from the nodes of the look-up before.
+void density_sparse_along_rays(benchmark::State& state, float stride, bool reuse) {
+  const SparseGrid grid = stored_cloud().view();
+  TreeNodes nodes;
+  each(state, [&](std::size_t i) {
+    const Vec3f start = 200.0f * in.point[i / 16];
+    if (!reuse || i % 16 == 0) nodes = {};
+    return grid.density(start + stride * static_cast<float>(i % 16) * in.direction[i / 16], nodes);
+  });
+}
+
 /// Rays through the whole box; an item is a super-voxel, of 32^3.
 void walk_cell(benchmark::State& state) {
   const MajorantGrid& grid = low_variation().medium.super_voxels;
@@ -217,6 +261,11 @@ BENCHMARK_CAPTURE(density_full, HV, high_variation);
 BENCHMARK_CAPTURE(density_squeezed, LV, low_variation);
 BENCHMARK_CAPTURE(density_squeezed, HV, high_variation);
 BENCHMARK(density_grid_trilinear);
+BENCHMARK(density_sparse_trilinear);
+BENCHMARK_CAPTURE(density_sparse_along_rays, every_voxel, 1.0f, true);
+BENCHMARK_CAPTURE(density_sparse_along_rays, every_voxel_anew, 1.0f, false);
+BENCHMARK_CAPTURE(density_sparse_along_rays, every_8_voxels, 8.0f, true);
+BENCHMARK_CAPTURE(density_sparse_along_rays, every_8_voxels_anew, 8.0f, false);
 BENCHMARK(walk_cell);
 BENCHMARK(random_block);
 BENCHMARK(random_uniform);

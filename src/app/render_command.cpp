@@ -200,7 +200,7 @@ void render_command(const RenderArguments& arguments) {
   }
   refuse_repeats(paths);
 
-  const auto [scene, warnings, inputs] = io::read_scene(arguments.scene, arguments.overrides);
+  const auto [scene, warnings, inputs, volumes] = io::read_scene(arguments.scene, arguments.overrides);
   refuse_inputs(inputs, paths);
   for (const std::string& warning : warnings) warn(warning);
   if (const std::string shortage = memory_shortage(scene); !shortage.empty())
@@ -222,7 +222,7 @@ void render_command(const RenderArguments& arguments) {
     if (std::none_of(warnings.begin(), warnings.end(),
                      [&](const auto& said) { return said.ends_with(warning); }))
       warn(warning);
-  const io::Run run{scene, result, arguments.scene, device.text()};
+  const io::Run run{scene, result, arguments.scene, device.text(), volumes};
   say(io::report_lines(run));
   write_outputs(outputs, run);
   if (arguments.print_hash)

@@ -218,6 +218,14 @@ double samples_per_second(const Scene& scene, const RenderResult& result) {
   return ratio(pixels * static_cast<double>(scene.samples), result.seconds.pixels);
 }
 
+/// How a volume was read, and what by: another process, whose memory is not this one's.
+std::string volume_line(const LoadedVolume& v) {
+  return fmt::format("volume   {}: {} active voxels, {}B, read in {:.2f} s by a process of {}B\n",
+                     v.path, short_number(static_cast<double>(v.volume->active_voxels())),
+                     short_number(static_cast<double>(v.volume->size())), v.seconds,
+                     short_number(static_cast<double>(v.child_memory)));
+}
+
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> provenance(const Scene& scene,
@@ -241,6 +249,14 @@ std::string report_json(const Run& run) {
                 {"seconds.pixels", number(seconds.pixels)},
                 {"photons_per_second", number(photons_per_second(run.result))},
                 {"samples_per_second", number(samples_per_second(run.scene, run.result))}});
+  std::vector<std::string> volumes;
+  for (const LoadedVolume& v : run.volumes) {
+    volumes.push_back(fmt::format(
+        R"({{"file": {}, "grid": {}, "active_voxels": {}, "bytes": {}, "seconds": {:.4g}, "reader_bytes": {}}})",
+        quoted(v.path), quoted(v.volume->name()), v.volume->active_voxels(), v.volume->size(),
+        v.seconds, v.child_memory));
+  }
+  facts.push_back({"volumes", list(volumes)});
   std::vector<std::string> members;
   for (const Fact& fact : facts)
     members.push_back(fmt::format("  {}: {}", quoted(fact.key), fact.json()));
@@ -250,7 +266,9 @@ std::string report_json(const Run& run) {
 std::string report_lines(const Run& run) {
   const RenderResult& result = run.result;
   const PassSeconds& seconds = result.seconds;
-  std::string lines = fmt::format(
+  std::string lines;
+  for (const LoadedVolume& volume : run.volumes) lines += volume_line(volume);
+  lines += fmt::format(
       "time     bounds {:.2f} s, photons {:.2f} s ({}/s), matter {:.2f} s, pixels {:.2f} s ({} "
       "samples/s)\n",
       seconds.bounds, seconds.photons, short_number(photons_per_second(result)), seconds.matter,

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "io/volume_file.h"
 #include "tyndall/render/render.h"
 
 namespace tyndall::io {
@@ -15,6 +16,7 @@ struct Run {
   const RenderResult& result;
   std::string scene_path;
   std::string device;  ///< "cpu", "cuda:0"
+  std::vector<LoadedVolume> volumes;
 };
 
 /// \return the facts of the run that are the same on every machine, as keys

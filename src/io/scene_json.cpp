@@ -677,7 +677,9 @@ SceneFile read_scene(const std::string& path, const std::vector<std::string>& ov
   for (const Finding& warning : reader.warnings) warnings.push_back(warning.text());
   for (const Problem& warning : problems.warnings) warnings.push_back(finding(warning).text());
   inputs.insert(inputs.end(), reader.inputs.begin(), reader.inputs.end());
-  return {std::move(scene), std::move(warnings), std::move(inputs)};
+  std::vector<LoadedVolume> volumes;
+  for (auto& [known, volume] : reader.volumes) volumes.push_back(std::move(volume));
+  return {std::move(scene), std::move(warnings), std::move(inputs), std::move(volumes)};
 }
 
 std::string schema() {

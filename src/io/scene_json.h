@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "io/volume_file.h"
 #include "tyndall/render/scene.h"
 
 namespace tyndall::io {
@@ -14,6 +15,7 @@ struct SceneFile {
   Scene scene;
   std::vector<std::string> warnings;  ///< one line each
   std::vector<std::string> inputs;    ///< files that were read: the scene itself, then its grids
+  std::vector<LoadedVolume> volumes;  ///< of these files
 };
 
 /// Reads and checks a scene. `overrides` replace values of the file, each "path=value" as in

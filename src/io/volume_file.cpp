@@ -353,6 +353,7 @@ LoadedVolume load(const std::string& path, std::vector<std::string> words) {
   if (outcome.report.contains("error")) fail_as_reported(path, outcome.report);
   const Json loaded = outcome.report.value("loaded", Json::object());
   LoadedVolume out;
+  out.path = path;
   out.child_memory = outcome.memory;
   out.is_open = !loaded.value("closed", true);
   try {

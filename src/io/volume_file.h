@@ -25,6 +25,7 @@ struct GridEntry {
 
 /// A grid that was read, and how that went.
 struct LoadedVolume {
+  std::string path;
   std::shared_ptr<const Volume> volume;
   std::vector<std::string> warnings;
   double seconds = 0;              ///< all that it took
