@@ -169,8 +169,7 @@ const Volume& stored_cloud() {
       }
     }
     auto handle = std::make_shared<nanovdb::GridHandle<>>(builder.getHandle<>());
-    const std::shared_ptr<std::byte> bytes(
-        handle, reinterpret_cast<std::byte*>(handle->data()));
+    const std::shared_ptr<std::byte> bytes(handle, reinterpret_cast<std::byte*>(handle->data()));
     return std::make_shared<const Volume>(bytes, handle->size());
   }();
   return *volume;

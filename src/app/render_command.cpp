@@ -200,7 +200,8 @@ void render_command(const RenderArguments& arguments) {
   }
   refuse_repeats(paths);
 
-  const auto [scene, warnings, inputs, volumes] = io::read_scene(arguments.scene, arguments.overrides);
+  const auto [scene, warnings, inputs, volumes] =
+      io::read_scene(arguments.scene, arguments.overrides);
   refuse_inputs(inputs, paths);
   for (const std::string& warning : warnings) warn(warning);
   if (const std::string shortage = memory_shortage(scene); !shortage.empty())

@@ -14,10 +14,18 @@ double length_between(Vec3f a, Vec3f b) {
   return std::sqrt(x * x + y * y + z * z);
 }
 
-Tallies run(const Scene& scene, bool measure) {
+/// In place: views point to them.
+void replace(MajorantTables& tables, const MajorantTables& others) {
+  std::copy(others.total.begin(), others.total.end(), tables.total.begin());
+  std::copy(others.upper.begin(), others.upper.end(), tables.upper.begin());
+  std::copy(others.lower.begin(), others.lower.end(), tables.lower.begin());
+}
+
+Tallies run(const Scene& scene, bool measure, const MajorantTables* bounds = nullptr) {
   Tallies out;
   const auto backend = make_cpu_backend();
   out.scene = prepare(scene, backend->threads());
+  if (bounds) replace(out.scene.tables, *bounds);
   backend->load(out.scene, {});
   backend->shoot({0, scene.photons});
   if (measure) backend->measure_matter({0, out.scene.cells.count()});
@@ -166,6 +174,9 @@ double OpticalDepth::at(double distance) const {
 
 Tallies shoot(const Scene& scene) { return run(scene, false); }
 Tallies shoot_and_measure(const Scene& scene) { return run(scene, true); }
+Tallies shoot_and_measure(const Scene& scene, const MajorantTables& bounds) {
+  return run(scene, true, &bounds);
+}
 
 std::vector<RenderResult> replicates(Scene scene, int count) {
   const auto backend = make_cpu_backend();

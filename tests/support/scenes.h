@@ -80,6 +80,8 @@ struct Tallies {
 Tallies shoot(const Scene& scene);
 /// The same, and measures the matter.
 Tallies shoot_and_measure(const Scene& scene);
+/// With other bounds than its own, for as many super-voxels.
+Tallies shoot_and_measure(const Scene& scene, const MajorantTables& bounds);
 
 /// Renders `scene` on the CPU with `count` seeds from its own one on: replicates of its picture.
 std::vector<RenderResult> replicates(Scene scene, int count);

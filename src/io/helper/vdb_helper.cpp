@@ -323,9 +323,12 @@ Json store(const openvdb::GridBase::Ptr& base) {
   throw Failure{error_choice, fmt::format("grid of {}", base->valueType())};
 }
 
-/// What the head of the file says, which OpenVDB takes for 0 where it is negative.
-std::int32_t announced_grids() {
-  std::uint64_t at = 8 + 4 + 8 + 1 + 36;
+/// Looks at what OpenVDB does not: it takes a negative number of grids for none, and reads on where
+/// an uncompressed file has ended.
+void require_all_grids() {
+  constexpr std::uint32_t oldest = 216;  // with offsets and instances
+  if (read_value<std::uint32_t>(8) < oldest || read_value<char>(20) == 0) return;
+  std::uint64_t at = 21 + 36;  // after the file's UUID
   const auto skip_text = [&] { at += 4 + std::uint64_t{read_value<std::uint32_t>(at)}; };
   auto entries = read_value<std::uint32_t>(at);
   for (at += 4; entries > 0; --entries) {
@@ -333,7 +336,19 @@ std::int32_t announced_grids() {
     skip_text();  // type
     skip_text();  // value
   }
-  return read_value<std::int32_t>(at);
+  const auto grids = read_value<std::int32_t>(at);
+  if (grids < 0)
+    damaged(fmt::format("it says that it has {} grids", static_cast<std::uint32_t>(grids)));
+  at += 4;
+  for (int grid = 0; grid < grids; ++grid) {
+    skip_text();  // name
+    skip_text();  // type
+    skip_text();  // the grid it is an instance of
+    const auto end = read_value<std::int64_t>(at + 16);
+    if (end < 0 || static_cast<std::uint64_t>(end) > input_size()) damaged("its end is missing");
+    if (static_cast<std::uint64_t>(end) <= at) return;  // an order of its own
+    at = static_cast<std::uint64_t>(end);
+  }
 }
 
 struct VdbFile {
@@ -342,14 +357,13 @@ struct VdbFile {
     if (version > newest_vdb)
       throw Failure{error_format,
                     fmt::format("VDB version {}; this build reads up to {}", version, newest_vdb)};
+    require_all_grids();
     openvdb::initialize();
     file.open(false);
     for (auto name = file.beginName(); name != file.endName(); ++name) {
       names.push_back(name.gridName());
       grids.push_back(describe(*file.readGridMetadata(name.gridName()), name.gridName()));
     }
-    if (const std::int32_t count = announced_grids(); grids.empty() && count != 0)
-      damaged(fmt::format("it says that it has {} grids", static_cast<std::uint32_t>(count)));
   }
 
   openvdb::io::File file;
