@@ -16,6 +16,7 @@
 #include "app/memory.h"
 #include "app/render_command.h"
 #include "app/signals.h"
+#include "io/info.h"
 #include "io/scene_json.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
@@ -29,6 +30,7 @@ constexpr const char* examples = R"(Examples:
   tyndall render cloud.json -o cloud.exr -o cloud.png
   tyndall render cloud.json --photons 1e6 --samples 4 -D 'camera.resolution=[256,256]'
   tyndall validate cloud.json                        finds every error of a scene
+  tyndall info smoke.vdb                             lists grids, and what a scene writes to use them
   tyndall defaults                                   lists every key of a scene with its default
 
 )";
@@ -139,13 +141,20 @@ int run(int argc, char** argv) {
 
   CLI::App* validate = app.add_subcommand("validate", "Finds every error of a scene");
   add_scene(*validate, arguments.scene, arguments.overrides);
+  CLI::App* info = app.add_subcommand("info", "Tells what is in a volume, mesh, scene or picture");
+  std::string described;
+  bool as_json = false;
+  info->add_option("FILE", described, ".vdb, .nvdb, .obj, .json or .exr")
+      ->required()
+      ->type_name("");
+  info->add_flag("--json", as_json, "The same as JSON");
   CLI::App* schema = app.add_subcommand("schema", "Prints the JSON Schema of scenes");
   CLI::App* defaults =
       app.add_subcommand("defaults", "Prints every key of a scene with its default");
   CLI::App* help = app.add_subcommand("help", "Prints this help, or that of a command");
   std::string topic;
   help->add_option("COMMAND", topic, "")
-      ->check(CLI::IsMember({"render", "validate", "schema", "defaults"}));
+      ->check(CLI::IsMember({"render", "validate", "info", "schema", "defaults"}));
 
   try {
     app.parse(argc, argv);
@@ -169,6 +178,7 @@ int run(int argc, char** argv) {
     if (const std::string shortage = memory_shortage(file.scene); !shortage.empty()) warn(shortage);
     print(fmt::format("{}: valid\n", arguments.scene));
   }
+  if (*info) print(io::info(described, as_json));
   if (*schema) print(io::schema());
   if (*defaults) print(io::defaults());
   if (*help) {

@@ -192,7 +192,9 @@ void load_source(Reader& reader, const Node& node, VolumeSource& source, const s
       auto found = reader.volumes.find(known);
       if (found == reader.volumes.end()) {
         found = reader.volumes.emplace(known, load(path.string())).first;
-        reader.inputs.push_back(path.string());
+        if (std::find(reader.inputs.begin(), reader.inputs.end(), path.string())
+            == reader.inputs.end())
+          reader.inputs.push_back(path.string());
         for (const std::string& warning : found->second.warnings)
           reader.warning(name, path.string() + ": " + warning);
       }

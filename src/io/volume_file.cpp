@@ -73,10 +73,11 @@ std::string helper_program() {
     if (::access((folder / helper_name).c_str(), X_OK) == 0) return folder / helper_name;
     looked += (looked.empty() ? "" : ", ") + folder.string();
   }
-  throw Error(ExitCode::internal,
-              fmt::format("{}, which reads volumes, was not found in {}: install Tyndall anew, or "
-                          "build it with OpenVDB",
-                          helper_name, looked));
+  throw Error(
+      ExitCode::input_missing,
+      fmt::format("{}, which reads volumes, was not found in {}: build Tyndall with OpenVDB "
+                  "(`scripts/setup` installs it), or install it anew",
+                  helper_name, looked));
 }
 
 /// What the child may take: far more than any sound file of this size needs.

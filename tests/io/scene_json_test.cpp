@@ -341,13 +341,28 @@ TEST_F(SceneJson, TheSampleOfTheReadmeIsValid) {
   EXPECT_EQ(scene.lights.size(), 3u);
 }
 
+#if TYNDALL_OPENVDB
+constexpr bool has_volume_reader = true;
+#else
+constexpr bool has_volume_reader = false;
+#endif
+
 TEST_F(SceneJson, TheShippedScenesAreValidAndSayWhatTheyShow) {
   int scenes = 0;
   for (const fs::directory_entry& entry : fs::directory_iterator(source_folder() / "scenes")) {
     if (entry.path().extension() != ".json") continue;
-    EXPECT_TRUE(read_scene(entry.path(), {}).warnings.empty()) << entry.path();
-    EXPECT_TRUE(contents(entry.path()).starts_with("//")) << entry.path();
     ++scenes;
+    const std::string text = contents(entry.path());
+    EXPECT_TRUE(text.starts_with("//")) << entry.path();
+    const bool reads_volumes =
+        text.find("\"mesh\"") != text.npos || text.find("\"vdb\"") != text.npos;
+    const bool has_others = text.find("shared/data") != text.npos
+                            && !fs::exists(source_folder() / "../shared/data/vdb");
+    if ((reads_volumes && !has_volume_reader) || has_others) {
+      std::printf("skipped: %s, whose volumes are not here\n", entry.path().filename().c_str());
+      continue;
+    }
+    EXPECT_TRUE(read_scene(entry.path(), {}).warnings.empty()) << entry.path();
   }
   EXPECT_GE(scenes, 6);
 }

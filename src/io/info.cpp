@@ -1,0 +1,253 @@
+#include "io/info.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+
+#include "io/json_text.h"
+#include "io/scene_json.h"
+#include "io/volume_file.h"
+#include "tyndall/render/check.h"
+#include "tyndall/render/render.h"
+#include "tyndall/render/volume.h"
+#if TYNDALL_OPENEXR
+#include "io/exr.h"
+#endif
+
+namespace tyndall::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+Json list(glm::dvec3 v) { return {v.x, v.y, v.z}; }
+Json list(glm::ivec3 v) { return {v.x, v.y, v.z}; }
+
+/// Four digits: for people, who read it in JSON, too.
+double brief(double x) {
+  return x == 0 ? 0 : std::strtod(fmt::format("{:.4g}", x).c_str(), nullptr);
+}
+Json brief_list(glm::dvec3 v) { return {brief(v.x), brief(v.y), brief(v.z)}; }
+
+double megabytes(double bytes) { return brief(bytes / 1e6); }
+
+// ---- Volumes
+
+std::string transform_kind(const glm::dmat4& m) {
+  const glm::dvec3 x(m[0]), y(m[1]), z(m[2]);
+  const double sizes[] = {glm::length(x), glm::length(y), glm::length(z)};
+  const double least = *std::min_element(sizes, sizes + 3),
+               most = *std::max_element(sizes, sizes + 3);
+  const double skew =
+      std::max({std::abs(glm::dot(x, y)), std::abs(glm::dot(y, z)), std::abs(glm::dot(z, x))});
+  const bool along_axes = x.y == 0 && x.z == 0 && y.x == 0 && y.z == 0 && z.x == 0 && z.y == 0;
+  std::string kind = most > least * (1 + 1e-6) ? "anisotropic" : "uniform";
+  if (skew > 1e-6 * most * most)
+    kind += ", sheared";
+  else if (!along_axes)
+    kind += ", rotated";
+  if (glm::dot(glm::cross(x, y), z) < 0) kind += ", mirrored";
+  return kind;
+}
+
+Json describe(const Volume& v) {
+  const glm::dmat4& m = v.to_world();
+  const ActiveBounds box = active_box(v, m);
+  Json d;
+  d["active voxels"] = v.active_voxels();
+  d["from"] = list(v.low());
+  d["to"] = list(v.high());
+  d["values"] = {brief(v.minimum()), brief(v.maximum())};
+  d["background"] = brief(v.background());
+  d["voxel size"] = brief_list({glm::length(glm::dvec3(m[0])), glm::length(glm::dvec3(m[1])),
+                                glm::length(glm::dvec3(m[2]))});
+  d["transform"] = transform_kind(m);
+  d["box min"] = brief_list(box.low);
+  d["box max"] = brief_list(box.high);
+  d["memory [MB]"] = megabytes(static_cast<double>(v.size()));
+  return d;
+}
+
+Json how_read(const LoadedVolume& loaded) {
+  Json d;
+  d["seconds"] = brief(loaded.seconds);
+  d["memory of the reader [MB]"] = megabytes(static_cast<double>(loaded.child_memory));
+  if (!loaded.warnings.empty()) d["warnings"] = loaded.warnings;
+  return d;
+}
+
+/// A component for a scene, with an optical depth of about 10 through its densest part.
+Json component(const std::string& file, const Volume& v, const std::string* grid) {
+  const ActiveBounds box = active_box(v, v.to_world());
+  const glm::dvec3 extent = box.high - box.low;
+  const double longest = std::max({extent.x, extent.y, extent.z});
+  const double densest = v.is_level_set() ? 1.0 : std::max(double{v.maximum()}, 1e-12);
+  Json c;
+  c["field"] = {{"type", "vdb"}, {"file", fs::path(file).filename().string()}};
+  if (grid) c["field"]["grid"] = *grid;
+  c["extinction"] = std::strtod(fmt::format("{:.2g}", 10 / (densest * longest)).c_str(), nullptr);
+  c["albedo"] = v.is_level_set() ? 0.0 : 0.9;
+  return c;
+}
+
+bool is_numeric(const std::string& type) {
+  return type == "float" || type == "double" || type.rfind("fp", 0) == 0;
+}
+bool is_color(const std::string& type) { return type == "vec3s" || type == "vec3d"; }
+
+Json volume_info(const std::string& path) {
+  Json out{{"file", path}};
+  out["grids"] = Json::array();
+  const std::vector<GridEntry> grids = list_grids(path);
+  const auto densities = std::count_if(grids.begin(), grids.end(), [](const GridEntry& g) {
+    return g.unique_name == "density" && is_numeric(g.type);
+  });
+  Json use;
+  for (const GridEntry& grid : grids) {
+    Json d{{"grid", grid.unique_name}, {"type", grid.type}};
+    if (!grid.grid_class.empty()) d["class"] = grid.grid_class;
+    if (!is_numeric(grid.type) && !is_color(grid.type)) {
+      d["use"] = "none: neither a density nor a colour";
+      out["grids"].push_back(d);
+      continue;
+    }
+    try {
+      const LoadedVolume loaded = load_volume(path, "density", grid.unique_name);
+      const Volume& v = *loaded.volume;
+      d.update(describe(v));
+      d["read"] = how_read(loaded);
+      d["use"] = v.is_color() ? "colours of an emission"
+                              : (v.is_level_set() ? "a solid" : "density, temperature or emission");
+      const bool alone = densities == 1 && grid.unique_name == "density";
+      if (!v.is_color() && (use.is_null() || alone))
+        use = component(path, v, alone ? nullptr : &grid.unique_name);
+    } catch (const Error& error) {
+      d["problem"] = error.what();
+    }
+    out["grids"].push_back(d);
+  }
+  if (!use.is_null()) out["component for a scene"] = use;
+  return out;
+}
+
+Json mesh_info(const std::string& path) {
+  const LoadedVolume loaded = load_mesh(path, 256);
+  Json out{{"file", path}, {"mesh", loaded.is_open ? "open: made a shell" : "closed: filled"}};
+  Json d = describe(*loaded.volume);
+  out["at 256 voxels"] = {{"voxel size", d["voxel size"]},
+                          {"active voxels", d["active voxels"]},
+                          {"memory [MB]", d["memory [MB]"]}};
+  out["box min"] = d["box min"];
+  out["box max"] = d["box max"];
+  out["component for a scene"] = {
+      {"field", {{"type", "mesh"}, {"file", fs::path(path).filename().string()}, {"voxels", 256}}},
+      {"extinction", 1e4},
+      {"albedo", 0.0}};
+  return out;
+}
+
+// ---- Scenes and pictures
+
+constexpr const char* field_names[] = {"solid", "noise_cloud", "grid", "volume"};
+constexpr const char* phase_names[] = {"isotropic", "henyey_greenstein", "rayleigh"};
+constexpr const char* emission_names[] = {"none", "color", "blackbody"};
+constexpr const char* light_names[] = {"point", "directional", "environment"};
+
+Json scene_info(const std::string& path) {
+  const SceneFile file = read_scene(path, {});
+  const Scene& scene = file.scene;
+  Json out{{"file", path}};
+  for (const scene::Component& c : scene.medium.components) {
+    Json d{{"field", field_names[c.field.index()]}};
+    if (const auto* grid = std::get_if<scene::SparseGrid>(&c.field)) {
+      d["grid"] = grid->volume->name();
+      d["active voxels"] = grid->volume->active_voxels();
+    }
+    if (const auto* cloud = std::get_if<scene::NoiseCloud>(&c.field)) d["octaves"] = cloud->octaves;
+    d["extinction"] = c.extinction;
+    d["albedo"] = list(c.albedo);
+    d["phase"] = phase_names[c.phase.index()];
+    if (c.emission.index() > 0) d["emission"] = emission_names[c.emission.index()];
+    out["components"].push_back(d);
+  }
+  out["box min"] = brief_list(scene.medium.box_min);
+  out["box max"] = brief_list(scene.medium.box_max);
+  for (const scene::Light& light : scene.lights)
+    out["lights"].push_back(light_names[light.index()]);
+  out["resolution"] = {scene.camera.resolution[0], scene.camera.resolution[1]};
+  out["photons"] = scene.photons;
+  out["samples"] = scene.samples;
+  out["memory [MB]"] = megabytes(static_cast<double>(memory_needed(scene)));
+  out["hash"] = fmt::format("{:016x}", scene_hash(scene));
+  out["files"] = file.inputs;
+  if (!file.warnings.empty()) out["warnings"] = file.warnings;
+  return out;
+}
+
+Json picture_info(const std::string& path) {
+#if TYNDALL_OPENEXR
+  const Picture picture = read_exr(path);
+  Json out{{"file", path}, {"size", {picture.width, picture.height}}};
+  float most = 0;
+  for (const float value : picture.rgba) most = std::max(most, value);
+  out["channels"] = "R, G, B, A";
+  out["largest value"] = brief(most);
+  for (const auto& [key, value] : picture.provenance) out[key] = value;
+  if (picture.provenance.empty()) out["provenance"] = "none: not made by Tyndall";
+  return out;
+#else
+  throw Error(ExitCode::usage, path + ": this build reads no EXR files");
+#endif
+}
+
+// ---- Text
+
+/// Aligned "key  value" lines; what an entry holds is indented below it.
+std::string lines(const Json& object, const std::string& indent) {
+  std::size_t width = 0;
+  for (const auto& [key, value] : object.items())
+    if (!value.is_object()) width = std::max(width, key.size());
+  std::string text;
+  for (const auto& [key, value] : object.items()) {
+    const bool nested = value.is_array() && !value.empty() && value[0].is_object();
+    if (key == "component for a scene") {
+      text += fmt::format("{}{}\n{}  {}\n", indent, key, indent,
+                          value.dump(-1, ' ', false, Json::error_handler_t::replace));
+    } else if (nested) {
+      for (const Json& element : value)
+        text += fmt::format("{}{}\n", indent, key) + lines(element, indent + "  ");
+    } else if (value.is_object()) {
+      text += fmt::format("{}{}\n", indent, key) + lines(value, indent + "  ");
+    } else {
+      const std::string shown = value.is_string()
+                                    ? value.get<std::string>()
+                                    : value.dump(-1, ' ', false, Json::error_handler_t::replace);
+      text += fmt::format("{}{:<{}}  {}\n", indent, key, width,
+                          shown.size() <= 1000 ? shown : shown.substr(0, 1000) + "...");
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string info(const std::string& path, bool as_json) {
+  const std::string extension = fs::path(path).extension().string();
+  Json out;
+  if (is_volume_file(path))
+    out = volume_info(path);
+  else if (extension == ".obj")
+    out = mesh_info(path);
+  else if (extension == ".json")
+    out = scene_info(path);
+  else if (extension == ".exr")
+    out = picture_info(path);
+  else
+    throw Error(ExitCode::usage,
+                fmt::format("{}: expected a .vdb, .nvdb, .obj, .json or .exr file", path));
+  return as_json ? out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : lines(out, "");
+}
+
+}  // namespace tyndall::io

@@ -1,0 +1,89 @@
+#include "io/info.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "io/json_text.h"
+#include "support/volumes.h"
+
+namespace tyndall::io {
+namespace {
+
+Json object(const std::string& path) { return Json::parse(info(path, true)); }
+
+TEST(Info, tells_what_a_grid_is_and_how_a_scene_uses_it) {
+  TYNDALL_NEEDS_VOLUMES();
+  const Json uniform = object(test::volume_path("uniform.vdb"));
+  ASSERT_EQ(uniform["grids"].size(), 1u);
+  const Json& grid = uniform["grids"][0];
+  EXPECT_EQ(grid["grid"], "density");
+  EXPECT_EQ(grid["class"], "fog volume");
+  EXPECT_EQ(grid["active voxels"], 4139);
+  EXPECT_EQ(grid["from"], Json({-9, -9, -9}));
+  EXPECT_EQ(grid["values"], Json({0.0, 1.0}));
+  EXPECT_EQ(grid["voxel size"], Json({0.5, 0.5, 0.5}));
+  EXPECT_EQ(grid["box min"], Json({-4.0, -3.0, -2.0}));
+  EXPECT_EQ(uniform["component for a scene"]["field"],
+            Json({{"type", "vdb"}, {"file", "uniform.vdb"}}));
+  EXPECT_EQ(uniform["component for a scene"]["extinction"], 1.0);  // 10 voxels' worth of 10
+  const auto transform = [](const char* name) {
+    return object(test::volume_path(name))["grids"][0]["transform"].get<std::string>();
+  };
+  EXPECT_EQ(transform("anisotropic.vdb"), "anisotropic");
+  EXPECT_EQ(transform("rotated.vdb"), "uniform, rotated");
+  EXPECT_EQ(transform("mirrored.vdb"), "uniform, mirrored");
+  EXPECT_NE(transform("sheared.vdb").find("sheared"), std::string::npos);
+}
+
+TEST(Info, goes_on_after_grids_that_are_of_no_use) {
+  TYNDALL_NEEDS_VOLUMES();
+  const Json same = object(test::volume_path("same_name.vdb"));
+  ASSERT_EQ(same["grids"].size(), 2u);
+  EXPECT_EQ(same["component for a scene"]["field"]["grid"], "density[0]");
+  const Json flags = object(test::volume_path("flags.vdb"));
+  EXPECT_EQ(flags["grids"][0]["use"], "none: neither a density nor a colour");
+  EXPECT_FALSE(flags.contains("component for a scene"));
+  const Json empty = object(test::volume_path("empty.vdb"));
+  EXPECT_NE(empty["grids"][0]["problem"].get<std::string>().find("nothing to render"),
+            std::string::npos);
+  const Json colors = object(test::volume_path("colors.vdb"));
+  EXPECT_EQ(colors["grids"][0]["use"], "colours of an emission");
+  EXPECT_EQ(object(test::volume_path("ball_fp4.nvdb"))["grids"][0]["type"], "fp4");
+}
+
+TEST(Info, lines_have_the_keys_of_the_json) {
+  TYNDALL_NEEDS_VOLUMES();
+  const std::string path = test::volume_path("ball.vdb"), lines = info(path, false);
+  for (const char* key : {"file", "grid", "type", "active voxels", "values", "background",
+                          "voxel size", "transform", "memory [MB]", "component for a scene"})
+    EXPECT_NE(lines.find(key), std::string::npos) << key;
+  EXPECT_NE(lines.find(R"({"field":{"type":"vdb","file":"ball.vdb"})"), std::string::npos) << lines;
+}
+
+TEST(Info, knows_scenes_and_refuses_what_it_does_not_know) {
+  const std::string path = std::filesystem::temp_directory_path()
+                           / ("tyndall-info-" + std::to_string(::getpid()) + ".json");
+  std::ofstream(path) << R"({"tyndall": 1, "medium": {"components": [
+    {"field": {"type": "noise_cloud", "octaves": 9}, "extinction": 7}]},
+    "lights": [{"type": "environment", "radiance": 1}]})";
+  const Json scene = object(path);
+  std::filesystem::remove(path);
+  EXPECT_EQ(scene["components"][0]["field"], "noise_cloud");
+  EXPECT_EQ(scene["components"][0]["octaves"], 9);
+  EXPECT_EQ(scene["lights"], Json({"environment"}));
+  const auto code = [](const char* name) {
+    try {
+      info(name, false);
+    } catch (const Error& error) {
+      return error.code();
+    }
+    return ExitCode::done;
+  };
+  EXPECT_EQ(code("smoke.abc"), ExitCode::usage);
+  EXPECT_EQ(code("/nowhere/scene.json"), ExitCode::input_missing);
+}
+
+}  // namespace
+}  // namespace tyndall::io
