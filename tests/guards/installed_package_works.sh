@@ -55,4 +55,9 @@ for format in exr png pfm; do
 done
 "$prefix/bin/tyndall" render "$scratch/fog.json" "${outputs[@]}"
 for ((i = 1; i < ${#outputs[@]}; i += 2)); do [[ -s ${outputs[i]} ]]; done
+volumes=${TYNDALL_TEST_VOLUMES:-}
+if [[ -e $volumes/ball.vdb ]]; then # its reader is installed, too, and found
+  cp "$volumes/ball.vdb" "$scratch"
+  "$prefix/bin/tyndall" info "$scratch/ball.vdb" | grep -q '^  active voxels  4139$'
+fi
 echo "the installed package works: $((${#outputs[@]} / 2)) picture formats"

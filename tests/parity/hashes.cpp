@@ -22,9 +22,12 @@
 #include <xmmintrin.h>
 #endif
 
+#include <nanovdb/util/GridBuilder.h>
+
 #include "tyndall/base/hash.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/render.h"
+#include "tyndall/render/volume.h"
 
 namespace tyndall::scene {  // whose names hide those of the core: Component, NoiseCloud, ...
 namespace {
@@ -47,7 +50,7 @@ Scene small() {
 
 Component component(Field field, double extinction, glm::dvec3 albedo, Phase phase = {},
                     glm::dmat4 transform = glm::dmat4(1.0)) {
-  return {std::move(field), extinction, albedo, phase, transform};
+  return {std::move(field), extinction, albedo, phase, NoEmission{}, transform};
 }
 
 /// Rotation by 3-4-5 and 5-12-13 triangles, shear, uneven scale and a shift; unit cube to about
@@ -203,6 +206,59 @@ Scene grid_trilinear() {
   return s;
 }
 
+/// Voxels as of a file: a lump of integer values, a tile beside it, and nothing between.
+template <class Build>
+SparseGrid sparse(double voxel, glm::dvec3 place) {
+  nanovdb::GridBuilder<float, Build> builder(0.0f, nanovdb::GridClass::FogVolume);
+  auto voxels = builder.getAccessor();
+  for (int i = -5; i < 12; ++i)
+    for (int j = 0; j < 10; ++j)
+      for (int k = 3; k < 14; ++k)
+        voxels.setValue(nanovdb::Coord(i, j, k),
+                        static_cast<float>((7 * i * i + 5 * j + 3 * k) % 16));
+  const auto handle = std::make_shared<nanovdb::GridHandle<>>(
+      builder.template getHandle<>(voxel, nanovdb::Vec3d(place.x, place.y, place.z), "density"));
+  SparseGrid field;
+  field.volume = std::make_shared<const Volume>(
+      std::shared_ptr<std::byte>(handle, reinterpret_cast<std::byte*>(handle->data())),
+      handle->size());
+  return field;
+}
+
+Scene sparse_float() {
+  Scene s = small();
+  SparseGrid field = sparse<float>(0.0625, {0.375, 0.125, -0.125});
+  field.remap = {0.25, -0.125, 0.0, 3.0, 0.75};
+  s.medium.components = {
+      component(field, 6.0, {0.9, 0.8, 0.95}, HenyeyGreensteinPhase{0.3}, sheared())};
+  s.lights = {EnvironmentLight{glm::dvec3(1.0)}};
+  return s;
+}
+
+Scene sparse_quantised() {
+  Scene s = small();
+  SparseGrid field = sparse<nanovdb::Fp8>(1.0, {0, 0, 0});
+  field.fit = SparseGrid::Fit::unit_cube;
+  field.interpolation = Interpolation::nearest;
+  s.medium.components = {component(field, 1.5, glm::dvec3(0.97))};
+  s.lights = {PointLight{{-1.0, 0.5, 0.5}, {20, 10, 5}}};
+  return s;
+}
+
+/// Fire: black bodies, colours, and fog that they light.
+Scene glowing() {
+  Scene s = small();
+  SparseGrid field = sparse<float>(0.0625, {0.375, 0.125, -0.125}), heat = field;
+  heat.remap = {60.0, 900.0, 0.0, 2500.0, 1.0};
+  s.medium.components = {component(field, 0.5, {0.5, 0.25, 0.125}),
+                         component(grid({4, 3, 5}, Interpolation::trilinear), 2.0, glm::dvec3(0.5)),
+                         component(Solid{}, 0.5, glm::dvec3(0.9))};
+  s.medium.components[0].emission = BlackbodyEmission{heat, 0.125};
+  s.medium.components[1].emission =
+      ColorEmission{{1.0, 2.0, 4.0}, grid({2, 2, 3}, Interpolation::trilinear)};
+  return s;
+}
+
 Scene grid_nearest() {
   Scene s = small();
   s.medium.majorant_resolution = {1, 1, 1};
@@ -262,6 +318,9 @@ constexpr Named scenes[] = {
     {"plume", plume},
     {"grid_trilinear", grid_trilinear},
     {"grid_nearest", grid_nearest},
+    {"sparse_float", sparse_float},
+    {"sparse_quantised", sparse_quantised},
+    {"glowing", glowing},
     {"mixed", mixed},
     {"mixed_woodcock", mixed_woodcock},
     {"mixed_marching", mixed_marching},
