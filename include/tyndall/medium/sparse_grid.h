@@ -153,7 +153,7 @@ struct SparseGrid {
 
   TYN_HD Corners corners(nanovdb::Coord at, TreeNodes& nodes) const {
     Corners c;
-    if (((at[0] & 7) < 7) & ((at[1] & 7) < 7) & ((at[2] & 7) < 7)) {  // all in one node
+    if ((at[0] & 7) < 7 && (at[1] & 7) < 7 && (at[2] & 7) < 7) {  // all in one node
       float tile = 0.0f;
       const void* leaf = tree.find(at, nodes, tile);
       const std::uint32_t first = offset(at);
