@@ -87,7 +87,7 @@ struct Limits {
 };
 
 Limits limits_for(std::uint64_t file_size) {
-  return {(std::uint64_t{2} << 30) + 64 * file_size, 6 + file_size / 2000000};
+  return {(std::uint64_t{2} << 30) + 64 * file_size, 6 + file_size / 1000000};
 }
 
 struct Outcome {
@@ -214,8 +214,7 @@ Outcome call_helper(const std::string& path, const Descriptor& file, const Descr
   const auto deadline = Clock::now() + std::chrono::seconds(limits.seconds + 2);
   const bool ended = read_report(output.number(), deadline, text);
   if (!ended)
-    fail(path,
-         fmt::format("damaged: reading it took more than {} s and was given up", limits.seconds));
+    fail(path, fmt::format("damaged, or too slow to read: given up after {} s", limits.seconds));
   const int result = child.wait();
   if (WIFSIGNALED(result)) {
     const int signal = WTERMSIG(result);
