@@ -64,8 +64,15 @@ def outcome(result, file):
 
 def orphans():
     """Readers whose Tyndall is gone."""
-    listing = subprocess.run(["ps", "-eo", "ppid=,comm="], capture_output=True, text=True, check=True).stdout
-    return [line for line in listing.splitlines() if line.split() == ["1", "tyndall-vdb"]]
+    found = []
+    for status in Path("/proc").glob("[0-9]*/status"):
+        try:
+            fields = dict(line.split(":\t", 1) for line in status.read_text(encoding="utf-8").splitlines() if ":\t" in line)
+        except OSError:  # it has just ended
+            continue
+        if fields.get("Name") == "tyndall-vdb" and fields.get("PPid") == "1":
+            found.append(status.parent.name)
+    return found
 
 
 def main():
