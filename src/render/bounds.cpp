@@ -176,11 +176,8 @@ class VoxelRange {
     double covered = 0;
     for (std::uint32_t n = 0; n < root->mTableSize; ++n) {
       const auto* tile = root->tile(n);
-      // 21 bits each, of which the sign is the first of 32.
-      const auto coordinate = [&](int shift) {
-        return static_cast<int>(static_cast<std::uint32_t>(tile->key >> shift & 0x1fffffu) << 12);
-      };
-      const glm::ivec3 origin(coordinate(42), coordinate(21), coordinate(0));
+      const nanovdb::Coord corner = tile->origin();
+      const glm::ivec3 origin(corner[0], corner[1], corner[2]);
       const Voxels part = within(origin, Upper::DIM);
       const double voxels = count(part);
       if (voxels == 0) continue;

@@ -367,11 +367,7 @@ void Volume::check(int threads) {
   std::vector<Found<typename Tree::Upper>> uppers;
   for (std::uint32_t n = 0; n < root->mTableSize; ++n) {
     auto* tile = root->tile(n);
-    // 21 bits each, which sign extension makes coordinates.
-    const auto coordinate = [&](int shift) {
-      return static_cast<int>(static_cast<std::uint32_t>(tile->key >> shift & 0x1fffffu) << 12);
-    };
-    const Coord origin(coordinate(42), coordinate(21), coordinate(0));
+    const Coord origin = tile->origin();
     hash.add(tile->key);
     if (tile->isChild()) {
       std::byte* place = extents.at(root, tile->child, sizeof(typename Tree::Upper));

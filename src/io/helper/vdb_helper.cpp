@@ -391,7 +391,7 @@ struct NanoGrid {
   std::uint64_t place, file_size, size;
 };
 
-/// nanovdb::io::MetaData, whose header cannot be included without its file streams.
+/// As nanovdb::io::MetaData lies in the file.
 struct NanoMeta {
   std::uint64_t size, file_size, name_key, voxels;
   nanovdb::GridType type;
@@ -621,7 +621,7 @@ Json voxelize(int voxels) {
 
 // ---- What a file is
 
-/// \return what it is where it is no VDB; empty where it is one, or NanoVDB's if `nano`.
+/// \throws Failure that says what the file is where it is no VDB (NanoVDB if `nano`).
 void require_format(bool nano) {
   const std::uint64_t size = input_size();
   std::string head(std::min<std::uint64_t>(size, 512), '\0');
