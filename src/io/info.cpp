@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
 
+#include "io/helper/protocol.h"
 #include "io/json_text.h"
 #include "io/scene_json.h"
 #include "io/volume_file.h"
@@ -91,11 +92,6 @@ Json component(const std::string& file, const Volume& v, const std::string* grid
   c["albedo"] = v.is_level_set() ? 0.0 : 0.9;
   return c;
 }
-
-bool is_numeric(const std::string& type) {
-  return type == "float" || type == "double" || type.rfind("fp", 0) == 0;
-}
-bool is_color(const std::string& type) { return type == "vec3s" || type == "vec3d"; }
 
 Json volume_info(const std::string& path) {
   Json out{{"file", path}};

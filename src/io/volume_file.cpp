@@ -24,7 +24,6 @@
 
 #include "io/helper/protocol.h"
 #include "io/json_text.h"
-#include "tyndall/base/hash.h"
 
 namespace tyndall::io {
 namespace {
@@ -264,7 +263,7 @@ std::string listed(const Json& grids) {
 std::string remedy(const Json& grids) {
   for (const Json& grid : grids) {
     const std::string type = grid.value("type", "");
-    const bool good = type == "float" || type == "double" || type.rfind("fp", 0) == 0;
+    const bool good = is_numeric(type);
     const std::string name = grid.value("unique_name", "");
     if (good && name.size() > 200)
       return fmt::format("; write \"grid\" and the whole name, of {} bytes", name.size());
@@ -321,13 +320,7 @@ std::shared_ptr<const Volume> adopt(const Descriptor& memory, const Json& loaded
   if (p == MAP_FAILED) throw std::bad_alloc();
   const std::shared_ptr<std::byte> bytes(static_cast<std::byte*>(p),
                                          [size](std::byte* b) { ::munmap(b, size); });
-  Hasher hash;
-  for (std::size_t at = 0; at + 8 <= size; at += 8) {
-    std::uint64_t word;
-    std::memcpy(&word, bytes.get() + at, sizeof word);
-    hash.add(word);
-  }
-  if (loaded.value("checksum", "") != fmt::format("{:016x}", hash.value()))
+  if (loaded.value("checksum", "") != checksum(bytes.get(), size))
     throw DamagedVolume("the grid that came back from it is not the one that was sent");
   return std::make_shared<const Volume>(bytes, size);
 }
@@ -398,10 +391,9 @@ std::vector<GridEntry> list_grids(const std::string& path) {
   if (outcome.report.contains("error")) fail_as_reported(path, outcome.report);
   std::vector<GridEntry> entries;
   for (const Json& grid : outcome.report.value("grids", Json::array())) {
-    entries.push_back(
-        {grid.value("unique_name", ""), grid.value("type", ""), grid.value("class", ""),
-         grid.value("map", ""), grid.value("voxels", std::uint64_t{0}),
-         grid.value("bytes", std::uint64_t{0}), grid.value("transform", std::vector<double>{})});
+    entries.push_back({grid.value("unique_name", ""), grid.value("type", ""),
+                       grid.value("class", ""), grid.value("voxels", std::uint64_t{0}),
+                       grid.value("transform", std::vector<double>{})});
   }
   return entries;
 }

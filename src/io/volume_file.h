@@ -3,7 +3,6 @@
 /// (io/helper/protocol.h); what it hands back is checked here.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -18,8 +17,8 @@ namespace tyndall::io {
 /// What a file says of one of its grids; 0 and empty where it does not.
 struct GridEntry {
   std::string unique_name;  ///< "density[1]" for the second one named density
-  std::string type, grid_class, map;
-  std::uint64_t voxels = 0, bytes = 0;
+  std::string type, grid_class;
+  std::uint64_t voxels = 0;
   std::vector<double> transform;  ///< index space to world space, 3 rows of 4
 };
 

@@ -16,6 +16,15 @@
 /// "checksum" (load, mesh): Hasher's of the memory file's words, in hexadecimal.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "tyndall/base/hash.h"
+
 namespace tyndall::io {
 
 inline constexpr int grid_descriptor = 3;
@@ -26,5 +35,24 @@ inline constexpr const char* error_damaged = "damaged";
 inline constexpr const char* error_format = "format";  ///< of another format, which is named
 inline constexpr const char* error_choice = "choice";  ///< no grid, or several, or of a wrong type
 inline constexpr const char* error_memory = "memory";
+
+inline constexpr std::size_t longest_name = 65536;  ///< [byte] of a grid; more is cut
+
+/// Whether a grid of values of `type`, in the helper's words, is one of numbers.
+inline bool is_numeric(const std::string& type) {
+  return type == "float" || type == "double" || type == "fp4" || type == "fp8" || type == "fp16"
+         || type == "fpn";
+}
+inline bool is_color(const std::string& type) { return type == "vec3s" || type == "vec3d"; }
+
+inline std::string checksum(const void* data, std::uint64_t size) {
+  Hasher hash;
+  for (std::uint64_t at = 0; at + 8 <= size; at += 8) {
+    std::uint64_t word;
+    std::memcpy(&word, static_cast<const char*>(data) + at, sizeof word);
+    hash.add(word);
+  }
+  return fmt::format("{:016x}", hash.value());
+}
 
 }  // namespace tyndall::io

@@ -1,0 +1,37 @@
+/// \file
+/// Standard input, which is the file, and what there is to say against it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "io/helper/protocol.h"
+#include "io/json_text.h"
+
+namespace tyndall::io {
+
+/// Ends the program with a message for Tyndall.
+struct Failure {
+  const char* kind;
+  std::string message;
+  Json grids = {};
+};
+
+[[noreturn]] void damaged(const std::string& message);
+
+/// For libraries that open files by name.
+inline constexpr const char* input_path = "/proc/self/fd/0";
+
+std::uint64_t input_size();
+
+/// \throws Failure where the file ends before.
+void read_at(std::uint64_t place, void* to, std::size_t bytes);
+
+template <class T>
+T read_value(std::uint64_t place) {
+  T value;
+  read_at(place, &value, sizeof value);
+  return value;
+}
+
+}  // namespace tyndall::io

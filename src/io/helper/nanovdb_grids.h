@@ -1,0 +1,33 @@
+/// \file
+/// Grids of .nvdb files, unpacked into the memory file; what is in them Tyndall checks itself.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "io/json_text.h"
+
+namespace tyndall::io {
+
+/// Segments, each a header, the grids' descriptions, and their buffers.
+class NanoFile {
+ public:
+  NanoFile();
+
+  /// A description of each grid: unique_name, name, type, class, voxels.
+  const Json& grids() const { return grids_; }
+  /// \return "checksum" and "grid_bytes". \throws Failure
+  Json load(std::size_t grid) const;
+
+ private:
+  struct Place {
+    std::uint16_t codec;
+    std::uint64_t at, file_size, size;  ///< [byte] size: unpacked
+  };
+  static std::string chunk(const Place& grid, std::uint64_t at);
+
+  std::vector<Place> places_;
+  Json grids_ = Json::array();
+};
+
+}  // namespace tyndall::io

@@ -1,0 +1,336 @@
+#include "io/helper/openvdb_grids.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <map>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <fmt/format.h>
+#include <nanovdb/util/OpenToNanoVDB.h>
+#include <openvdb/openvdb.h>
+#include <openvdb/tools/ChangeBackground.h>
+#include <openvdb/tools/MeshToVolume.h>
+#include <openvdb/tools/SignedFloodFill.h>
+#include <openvdb/tree/LeafManager.h>
+
+#include "io/helper/grid_memory.h"
+#include "io/helper/input.h"
+
+namespace tyndall::io {
+namespace {
+
+/// Calls `f`, and says what OpenVDB's errors mean.
+template <class F>
+auto with_openvdb(const F& f) {
+  try {
+    openvdb::initialize();
+    return f();
+  } catch (const openvdb::ArithmeticError& error) {
+    damaged(std::string("its transform is singular, or no number: ") + error.what());
+  } catch (const openvdb::KeyError& error) {
+    throw Failure{error_format, std::string("of a version unknown here: ") + error.what()};
+  }
+}
+
+constexpr std::uint32_t newest_vdb = openvdb::OPENVDB_FILE_VERSION;
+
+Json matrix(const openvdb::math::Transform& transform) {
+  const openvdb::Mat4R m = transform.baseMap()->getAffineMap()->getMat4();
+  Json rows = Json::array();
+  for (int row = 0; row < 3; ++row)
+    for (int column = 0; column < 4; ++column) rows.push_back(m(column, row));
+  return rows;
+}
+
+Json describe(const openvdb::GridBase& grid, const std::string& unique_name) {
+  Json d;
+  using openvdb::io::GridDescriptor;
+  d["unique_name"] = unique_name.substr(0, longest_name);
+  d["name"] = GridDescriptor::stripSuffix(GridDescriptor::stringAsUniqueName(unique_name))
+                  .substr(0, longest_name);
+  d["type"] = grid.valueType() == "vec3f" ? "vec3s" : grid.valueType();
+  d["class"] = openvdb::GridBase::gridClassToString(grid.getGridClass());
+  if (grid.transform().isLinear()) d["transform"] = matrix(grid.transform());
+  if (const auto voxels = grid.getMetadata<openvdb::Int64Metadata>("file_voxel_count"))
+    d["voxels"] = voxels->value();
+  return d;
+}
+
+/// \return the largest magnitude of a value up to 1e12, or 1e12 where there is none.
+template <class Grid>
+float largest_value(Grid& grid) {
+  using Value = typename Grid::ValueType;
+  constexpr float bound = 1e12f;
+  float most = 0;
+  const auto see = [](const Value& v, float& largest) {
+    const auto channel = [&](float x) {
+      if (std::abs(x) <= bound) largest = std::max(largest, std::abs(x));
+    };
+    if constexpr (openvdb::VecTraits<Value>::IsVec)
+      channel(v[0]), channel(v[1]), channel(v[2]);
+    else
+      channel(v);
+  };
+  openvdb::tree::LeafManager<typename Grid::TreeType> leaves(grid.tree());
+  std::vector<float> of_leaf(leaves.leafCount(), 0.0f);
+  leaves.foreach ([&](auto& leaf, std::size_t i) {
+    for (auto v = leaf.cbeginValueOn(); v; ++v) see(*v, of_leaf[i]);
+  });
+  for (const float m : of_leaf) most = std::max(most, m);
+  auto tile = grid.tree().cbeginValueOn();
+  for (tile.setMaxDepth(decltype(tile)::LEAF_DEPTH - 1); tile; ++tile) see(*tile, most);
+  return most > 0 ? most : bound;
+}
+
+/// Makes NaN 0, and what is infinite or beyond 1e12 the largest value that is not; counts them.
+template <class Grid>
+Json sanitize(Grid& grid) {
+  using Value = typename Grid::ValueType;
+  constexpr float bound = 1e12f;
+  const float most = largest_value(grid);
+  std::atomic<std::uint64_t> strange{0}, huge{0}, negative{0};
+  const auto channel = [&](auto x, bool counts) {
+    if (x != x) {
+      strange += counts;
+      return decltype(x)(0);
+    }
+    if (std::abs(x) > bound) {
+      huge += counts;
+      return decltype(x)(x > 0 ? most : -most);
+    }
+    negative += counts && x < 0;
+    return x;
+  };
+  const auto mended = [&](Value v, bool counts) {
+    if constexpr (openvdb::VecTraits<Value>::IsVec)
+      return Value(channel(v[0], counts), channel(v[1], counts), channel(v[2], counts));
+    else
+      return channel(v, counts);
+  };
+  const Value background = grid.background(), good = mended(background, false);
+  // An infinite background would fill all space.
+  const bool strange_background = good != background;
+  if (strange_background) openvdb::tools::changeBackground(grid.tree(), openvdb::zeroVal<Value>());
+  openvdb::tree::LeafManager<typename Grid::TreeType> leaves(grid.tree());
+  leaves.foreach ([&](auto& leaf, std::size_t) {
+    for (openvdb::Index n = 0; n < leaf.size(); ++n) {
+      const Value v = leaf.getValue(n), m = mended(v, leaf.isValueOn(n));
+      if (!(v == m)) leaf.setValueOnly(n, m);
+    }
+  });
+  auto tile = grid.tree().beginValueAll();
+  for (tile.setMaxDepth(decltype(tile)::LEAF_DEPTH - 1); tile; ++tile) {
+    const Value v = tile.getValue(), m = mended(v, tile.isValueOn());
+    if (!(v == m)) tile.setValue(m);
+  }
+  Json counts;
+  counts["not_numbers"] = strange.load();
+  counts["huge"] = huge.load();
+  counts["most"] = most;
+  counts["negative"] = negative.load();
+  counts["strange_background"] = strange_background;
+  return counts;
+}
+
+template <class To, class From>
+typename To::Ptr converted(const From& grid) {
+  auto tree = std::make_shared<typename To::TreeType>(grid.tree());
+  auto result = To::create(tree);
+  result->setTransform(grid.transform().copy());
+  result->setGridClass(grid.getGridClass());
+  result->setName(grid.getName());
+  return result;
+}
+
+template <class Grid>
+Json store(Grid& grid) {
+  Json loaded = sanitize(grid);
+  if constexpr (std::is_same_v<typename Grid::ValueType, float>) {
+    // Some writers leave a background of 0, and no sign to what is not in the band.
+    const float width = loaded["most"];
+    if (grid.getGridClass() == openvdb::GRID_LEVEL_SET)
+      openvdb::tools::signedFloodFillWithValues(grid.tree(), width, -width);
+  }
+  grid.setName(grid.getName().substr(0, 255));
+  auto handle = nanovdb::openToNanoVDB<GridBuffer>(grid, nanovdb::StatsMode::Disable,
+                                                   nanovdb::ChecksumMode::Disable, 0);
+  loaded["checksum"] = checksum(handle.data(), handle.size());
+  loaded["grid_bytes"] = handle.size();
+  return loaded;
+}
+
+Json store(const openvdb::GridBase::Ptr& base) {
+  if (const auto g = openvdb::gridPtrCast<openvdb::FloatGrid>(base)) return store(*g);
+  if (const auto g = openvdb::gridPtrCast<openvdb::Vec3SGrid>(base)) return store(*g);
+  if (const auto g = openvdb::gridPtrCast<openvdb::DoubleGrid>(base))
+    return store(*converted<openvdb::FloatGrid>(*g));
+  if (const auto g = openvdb::gridPtrCast<openvdb::Vec3DGrid>(base))
+    return store(*converted<openvdb::Vec3SGrid>(*g));
+  throw Failure{error_choice, fmt::format("grid of {}", base->valueType())};
+}
+
+/// Looks at what OpenVDB does not: it takes a negative number of grids for none, and reads on where
+/// an uncompressed file has ended.
+void require_all_grids() {
+  constexpr std::uint32_t oldest = 216;  // with offsets and instances
+  if (read_value<std::uint32_t>(8) < oldest || read_value<char>(20) == 0) return;
+  std::uint64_t at = 21 + 36;  // after the file's UUID
+  const auto skip_text = [&] { at += 4 + std::uint64_t{read_value<std::uint32_t>(at)}; };
+  auto entries = read_value<std::uint32_t>(at);
+  for (at += 4; entries > 0; --entries) {
+    skip_text();  // name
+    skip_text();  // type
+    skip_text();  // value
+  }
+  const auto grids = read_value<std::int32_t>(at);
+  if (grids < 0)
+    damaged(fmt::format("it says that it has {} grids", static_cast<std::uint32_t>(grids)));
+  at += 4;
+  for (int grid = 0; grid < grids; ++grid) {
+    skip_text();  // name
+    skip_text();  // type
+    skip_text();  // the grid it is an instance of
+    const auto end = read_value<std::int64_t>(at + 16);
+    if (end < 0 || static_cast<std::uint64_t>(end) > input_size()) damaged("its end is missing");
+    if (static_cast<std::uint64_t>(end) <= at) return;  // an order of its own
+    at = static_cast<std::uint64_t>(end);
+  }
+}
+
+// ---- Meshes
+
+struct Mesh {
+  std::vector<openvdb::Vec3s> points;
+  std::vector<openvdb::Vec3I> triangles;
+  std::vector<openvdb::Vec4I> quads;
+  bool is_closed = true;  ///< every edge has as many faces on one side as on the other
+};
+
+Mesh read_mesh() {
+  std::string text(input_size(), '\0');
+  read_at(0, text.data(), text.size());
+  std::istringstream lines(text);
+  Mesh mesh;
+  std::map<std::pair<openvdb::Index32, openvdb::Index32>, int> edges;
+  std::string line;
+  for (std::size_t number = 1; std::getline(lines, line); ++number) {
+    std::istringstream words(line);
+    std::string word;
+    words >> word;
+    const auto fail = [&](const std::string& what) {
+      damaged(fmt::format("line {}: {}", number, what));
+    };
+    if (word == "v") {
+      double x, y, z;
+      const auto good = [](double c) { return std::abs(c) <= 1e9; };  // false for NaN
+      if (!(words >> x >> y >> z) || !good(x) || !good(y) || !good(z))
+        fail("expected three coordinates up to 1e9");
+      mesh.points.emplace_back(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
+    } else if (word == "f") {
+      std::vector<openvdb::Index32> corners;
+      while (words >> word) {
+        char* end = nullptr;
+        long n = std::strtol(word.c_str(), &end, 10);
+        const long count = static_cast<long>(mesh.points.size());
+        if (n < 0) n += count + 1;
+        if (end == word.c_str() || n < 1 || n > count)
+          fail(fmt::format("expected the number of one of the {} vertices so far, got {}", count,
+                           word.substr(0, 20)));
+        corners.push_back(static_cast<openvdb::Index32>(n - 1));
+      }
+      if (corners.size() < 3) fail("expected three or more vertices");
+      for (std::size_t i = 0; i < corners.size(); ++i) {
+        const auto a = corners[i], b = corners[(i + 1) % corners.size()];
+        edges[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
+      }
+      if (corners.size() == 4) {
+        mesh.quads.emplace_back(corners[0], corners[1], corners[2], corners[3]);
+      } else {
+        for (std::size_t i = 1; i + 1 < corners.size(); ++i)
+          mesh.triangles.emplace_back(corners[0], corners[i], corners[i + 1]);
+      }
+    }
+  }
+  if (mesh.triangles.empty() && mesh.quads.empty())
+    damaged("no faces: not an .obj mesh, or an empty one");
+  mesh.is_closed =
+      std::all_of(edges.begin(), edges.end(), [](const auto& e) { return e.second == 0; });
+  return mesh;
+}
+
+/// Of the body where the mesh is closed, of a shell about its faces where it is open.
+openvdb::FloatGrid::Ptr level_set(Mesh mesh, int voxels) {
+  openvdb::Vec3s low = mesh.points[0], high = low;
+  for (const auto& p : mesh.points)
+    low = openvdb::math::minComponent(low, p), high = openvdb::math::maxComponent(high, p);
+  const openvdb::Vec3s extent = high - low;
+  const double longest = std::max({extent[0], extent[1], extent[2]});
+  if (!(longest > 0)) damaged("all its vertices are in one place");
+  const auto transform = openvdb::math::Transform::createLinearTransform(longest / voxels);
+  openvdb::FloatGrid::Ptr grid;
+  if (mesh.is_closed) {
+    grid = openvdb::tools::meshToLevelSet<openvdb::FloatGrid>(*transform, mesh.points,
+                                                              mesh.triangles, mesh.quads);
+  } else {
+    grid = openvdb::tools::meshToUnsignedDistanceField<openvdb::FloatGrid>(
+        *transform, mesh.points, mesh.triangles, mesh.quads, 3.0f);
+    const auto half = static_cast<float>(longest / voxels);
+    openvdb::tree::LeafManager<openvdb::FloatTree>(grid->tree())
+        .foreach ([&](auto& leaf, std::size_t) {
+          for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(*v - half);
+        });
+    grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  }
+  grid->setName("mesh");
+  return grid;
+}
+
+}  // namespace
+
+struct VdbFile::File {
+  openvdb::io::File file{input_path};
+  std::vector<std::string> names;
+};
+
+VdbFile::VdbFile() {
+  const auto version = read_value<std::uint32_t>(8);
+  if (version > newest_vdb)
+    throw Failure{error_format,
+                  fmt::format("VDB version {}; this build reads up to {}", version, newest_vdb)};
+  require_all_grids();
+  with_openvdb([&] {
+    file_ = std::make_unique<File>();
+    auto& file = file_->file;
+    file.open(false);
+    for (auto name = file.beginName(); name != file.endName(); ++name) {
+      file_->names.push_back(name.gridName());
+      grids_.push_back(describe(*file.readGridMetadata(name.gridName()), name.gridName()));
+    }
+  });
+}
+
+VdbFile::~VdbFile() = default;
+
+Json VdbFile::load(std::size_t grid) {
+  return with_openvdb([&] {
+    const openvdb::GridBase::Ptr loaded = file_->file.readGrid(file_->names[grid]);
+    if (!loaded->transform().isLinear())
+      throw Failure{error_choice,
+                    "its transform is a frustum's: resample it into a grid of equal voxels"};
+    return store(loaded);
+  });
+}
+
+Json voxelize(int voxels) {
+  Mesh mesh = read_mesh();
+  const bool is_closed = mesh.is_closed;
+  Json loaded = with_openvdb([&] { return store(*level_set(std::move(mesh), voxels)); });
+  loaded["closed"] = is_closed;
+  return loaded;
+}
+
+}  // namespace tyndall::io

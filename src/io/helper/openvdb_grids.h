@@ -1,0 +1,31 @@
+/// \file
+/// Grids of .vdb files and of meshes, made NanoVDB buffers in the memory file.
+#pragma once
+
+#include <memory>
+
+#include "io/json_text.h"
+
+namespace tyndall::io {
+
+class VdbFile {
+ public:
+  VdbFile();
+  ~VdbFile();
+
+  /// A description of each grid: unique_name, name, type, class; voxels and transform where known.
+  const Json& grids() const { return grids_; }
+  /// \return "checksum", "grid_bytes", and counts of what was mended. \throws Failure
+  Json load(std::size_t grid);
+
+ private:
+  struct File;
+  std::unique_ptr<File> file_;
+  Json grids_ = Json::array();
+};
+
+/// A level set of the body within the .obj mesh on standard input, or, where it is open, of a shell
+/// about its faces; "closed" says which. \throws Failure
+Json voxelize(int voxels);
+
+}  // namespace tyndall::io
