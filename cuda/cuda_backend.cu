@@ -122,6 +122,8 @@ class CudaBackend final : public Backend {
     std::vector<Emitter> emitters = scene.emitters;
     for (Emitter& emitter : emitters) emitter.relocate(to_device);
     lights_ = {keep(emitters.data(), emitters.size()), static_cast<int>(emitters.size())};
+    direct_lights_ = {keep(scene.direct_lights.data(), scene.direct_lights.size()),
+                      static_cast<int>(scene.direct_lights.size())};
     illumination_ =
         Buffer<std::int64_t>(scene.cells.count() * static_cast<std::size_t>(scene.cells.moments()));
     matter_ = Buffer<std::int64_t>(scene.cells.count());
@@ -165,7 +167,7 @@ class CudaBackend final : public Backend {
 
   void illuminate(const std::vector<float>& numerator,
                   const std::vector<float>& denominator) override {
-    field_ = {scene_->cells, keep(numerator.data(), numerator.size()),
+    field_ = {scene_->cells, numerator.empty() ? nullptr : keep(numerator.data(), numerator.size()),
               keep(denominator.data(), denominator.size())};
     pixels_ = Buffer<PixelTally>(static_cast<std::size_t>(scene_->film_width)
                                  * static_cast<std::size_t>(scene_->film_height));
@@ -174,8 +176,9 @@ class CudaBackend final : public Backend {
 
   void gather(IndexRange samples) override {
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      launch(GatherPass<Medium, Sampler>{medium, sampler, scene_->camera, field_,
-                                         scene_->background, scene_->seed,
+      launch(GatherPass<Medium, Sampler>{medium, sampler, scene_->camera, field_, direct_lights_,
+                                         scene_->environment, scene_->background, scene_->bounces,
+                                         scene_->is_apart, scene_->seed,
                                          Film{scene_->film_width, scene_->film_height,
                                               scene_->film_unit, pixels_.data(), clamped_.data()},
                                          account_.data()},
@@ -204,6 +207,7 @@ class CudaBackend final : public Backend {
   Stop stop_;
   AnyMedium medium_;  // its arrays on the device
   Lights lights_;
+  DirectLights direct_lights_;
   IlluminationField field_;
   std::vector<std::shared_ptr<void>> arrays_;
   Buffer<std::int64_t> illumination_, matter_, clamped_;

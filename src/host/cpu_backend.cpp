@@ -74,7 +74,7 @@ class CpuBackend final : public Backend {
 
   void illuminate(const std::vector<float>& numerator,
                   const std::vector<float>& denominator) override {
-    field_ = {scene_->cells, numerator.data(), denominator.data()};
+    field_ = {scene_->cells, numerator.empty() ? nullptr : numerator.data(), denominator.data()};
     film_.pixels.assign(static_cast<std::size_t>(scene_->film_width)
                             * static_cast<std::size_t>(scene_->film_height),
                         {});
@@ -82,12 +82,15 @@ class CpuBackend final : public Backend {
 
   void gather(IndexRange samples) override {
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      run_walks(samples,
-                GatherPass<Medium, Sampler>{
-                    medium, sampler, scene_->camera, field_, scene_->background, scene_->seed,
-                    Film{scene_->film_width, scene_->film_height, scene_->film_unit,
-                         film_.pixels.data(), &film_.clamped},
-                    nullptr});
+      run_walks(samples, GatherPass<Medium, Sampler>{
+                             medium, sampler, scene_->camera, field_,
+                             DirectLights{scene_->direct_lights.data(),
+                                          static_cast<int>(scene_->direct_lights.size())},
+                             scene_->environment, scene_->background, scene_->bounces,
+                             scene_->is_apart, scene_->seed,
+                             Film{scene_->film_width, scene_->film_height, scene_->film_unit,
+                                  film_.pixels.data(), &film_.clamped},
+                             nullptr});
     });
   }
 

@@ -66,14 +66,17 @@ inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place)
       const bool inside = next.step();
       there.advance(s.tau[l] / sigma_maj);
       const bool entered = crosses & inside;
+      const float distance = crosses ? next.distance() : arrives ? there.distance() : s.distance[l];
+      const bool beyond = walking & (distance > s.reach[l]);
       s.i[l] = crosses ? next.place().i : s.i[l];
       s.j[l] = crosses ? next.place().j : s.j[l];
       s.k[l] = crosses ? next.place().k : s.k[l];
       s.face[l] = crosses ? next.face() : s.face[l];
       s.tau[l] = crosses ? s.tau[l] - depth : s.tau[l];
-      s.distance[l] = crosses ? next.distance() : arrives ? there.distance() : s.distance[l];
+      s.distance[l] = distance;
       const std::int32_t after = inside ? Lanes::walking : Lanes::left;
-      s.state[l] = crosses ? after : arrives ? std::int32_t{Lanes::arrived} : s.state[l];
+      const std::int32_t state = crosses ? after : arrives ? Lanes::arrived : s.state[l];
+      s.state[l] = beyond ? std::int32_t{Lanes::left} : state;
       count += entered ? 1 : 0;
     }
     for (int l = 0; l < used; ++l) {

@@ -20,11 +20,12 @@ struct Lanes {
   alignas(64) std::uint64_t index[size];
   alignas(64) std::uint32_t event[size];
   alignas(64) float weight_x[size], weight_y[size], weight_z[size];
+  alignas(64) std::int32_t scores[size];  ///< whether the photon leaves light at its next collision
   // Its flight.
   alignas(64) std::int32_t state[size];
   alignas(64) float origin_x[size], origin_y[size], origin_z[size];
   alignas(64) float direction_x[size], direction_y[size], direction_z[size];
-  alignas(64) float tau[size], distance[size];
+  alignas(64) float tau[size], distance[size], reach[size];
   alignas(64) std::int32_t virtual_particles[size];
   alignas(64) std::int32_t i[size], j[size], k[size], face[size];
   alignas(64) std::int32_t cell[size];  ///< of i, j, k, or the last within the box: always valid

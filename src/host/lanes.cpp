@@ -52,8 +52,9 @@ const NoiseCloud* noise_cloud(const Field&) {
 /// Moves paths between the stages, and keeps their account. What begins a path, ends it, and
 /// happens at its collisions is the Driver's:
 ///   bool begin(RandomStream, Path&, int lane)   false where the path ends at once
-///   void leave(int lane, Flight)
+///   bool leave(int lane, Flight, Path&)         whether it goes on, with the flight `path`
 ///   bool collide(int lane, int component)       false where the path ends
+///   void move(int from, int to)                 what it keeps of a lane
 template <class Driver, class Medium>
 class Batch {
  public:
@@ -91,11 +92,12 @@ class Batch {
     int idle = 0;
     for (int f = 0; f < free; ++f) {
       const int l = lanes_.listed[f];
-      if (lanes_.state[l] == Lanes::left)
-        driver().leave(l, {Flight::End::escaped, virtual_particle, lanes_.face[l]});
-      if (lanes_.state[l] == Lanes::stalled)
-        driver().leave(l, {Flight::End::stalled, virtual_particle, 0});
+      const bool left = lanes_.state[l] == Lanes::left, stalled = lanes_.state[l] == Lanes::stalled;
       lanes_.state[l] = Lanes::idle;
+      Path path;
+      const Flight flight{left ? Flight::End::escaped : Flight::End::stalled, virtual_particle,
+                          lanes_.face[l]};
+      if ((left || stalled) && driver().leave(l, flight, path)) set_out(l, path);
       while (lanes_.state[l] == Lanes::idle && next_ < end_) begin(l, next_++);
       idle += lanes_.state[l] == Lanes::idle;
     }
@@ -117,19 +119,25 @@ class Batch {
 
   void move(int from, int to) {
     const auto each = [&](auto&... arrays) { ((arrays[to] = arrays[from]), ...); };
+    driver().move(from, to);
     each(lanes_.index, lanes_.event, lanes_.weight_x, lanes_.weight_y, lanes_.weight_z,
-         lanes_.state, lanes_.origin_x, lanes_.origin_y, lanes_.origin_z, lanes_.direction_x,
-         lanes_.direction_y, lanes_.direction_z, lanes_.tau, lanes_.distance,
-         lanes_.virtual_particles, lanes_.i, lanes_.j, lanes_.k, lanes_.face, lanes_.cell);
+         lanes_.scores, lanes_.reach, lanes_.state, lanes_.origin_x, lanes_.origin_y,
+         lanes_.origin_z, lanes_.direction_x, lanes_.direction_y, lanes_.direction_z, lanes_.tau,
+         lanes_.distance, lanes_.virtual_particles, lanes_.i, lanes_.j, lanes_.k, lanes_.face,
+         lanes_.cell);
     lanes_.state[from] = Lanes::idle;
   }
 
   void begin(int l, std::uint64_t index) {
     Path path;
-    if (!driver().begin({seed_, index, domain_}, path, l)) return;
     lanes_.index[l] = index;
-    lanes_.event[l] = path.event;
+    lanes_.event[l] = 0;
+    if (driver().begin({seed_, index, domain_}, path, l)) set_out(l, path);
+  }
+
+  void set_out(int l, const Path& path) {
     lanes_.tau[l] = path.tau;
+    lanes_.reach[l] = path.reach;
     lanes_.direction_x[l] = path.ray.direction.x;
     lanes_.direction_y[l] = path.ray.direction.y;
     lanes_.direction_z[l] = path.ray.direction.z;
@@ -188,6 +196,18 @@ class Batch {
     driver().after();
   }
 
+  /// A new flight in place of the one that collided; LaneStages::go_on starts it.
+  void turn(int l, const Path& path) {
+    lanes_.x[l] = path.ray.origin.x;
+    lanes_.y[l] = path.ray.origin.y;
+    lanes_.z[l] = path.ray.origin.z;
+    lanes_.direction_x[l] = path.ray.direction.x;
+    lanes_.direction_y[l] = path.ray.direction.y;
+    lanes_.direction_z[l] = path.ray.direction.z;
+    lanes_.tau[l] = path.tau;
+    lanes_.reach[l] = path.reach;
+  }
+
   void count_flight() {
     ++audit_.flights;
     ++audit_.cells;
@@ -224,12 +244,19 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
 
   bool begin(const RandomStream& random, Path& path, int l) {
     Vec3f w;
-    if (!pass_.begin(random, path, w)) return false;
+    bool scores;
+    if (!pass_.begin(random, path, w, scores)) return false;
     set_weight(l, w);
+    lanes_.scores[l] = scores;
     return true;
   }
 
-  void leave(int l, const Flight& flight) { pass_.leave(flight, weight(l)); }
+  bool leave(int l, const Flight& flight, Path&) {
+    pass_.leave(flight, weight(l));
+    return false;
+  }
+
+  void move(int, int) {}
 
   // Memory is asked for early: an atomic addition waits for its own alone.
   void before(int real) {
@@ -245,10 +272,11 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
   bool collide(int l, int c) {
     const auto& component = pass_.medium.component(c);
     Vec3f w = weight(l);
-    if (component.scatters()) {
+    if (component.scatters() && lanes_.scores[l]) {
       pass_.illumination.score(static_cast<std::size_t>(lanes_.illumination_cell[l]),
                                this->direction(l), w);
     }
+    lanes_.scores[l] = 1;
     if (component.albedo.x == 1.0f && component.albedo.y == 1.0f && component.albedo.z == 1.0f)
       return true;
     const RandomStream random{pass_.seed, lanes_.index[l], Pass::domain};
@@ -277,7 +305,7 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
   const Pass& pass_;
 };
 
-/// Samples of the picture: one flight each.
+/// Samples of the picture.
 template <class Medium>
 class SampleBatch : public Batch<SampleBatch<Medium>, Medium> {
  public:
@@ -287,17 +315,36 @@ class SampleBatch : public Batch<SampleBatch<Medium>, Medium> {
   SampleBatch(const Pass& pass, const LaneStages& stages)
       : Base(pass.medium, pass.seed, Pass::domain, pass.account, stages), pass_(pass) {}
 
-  bool begin(const RandomStream& random, Path& path, int) { return pass_.begin(random, path); }
-  void leave(int l, const Flight&) { pass_.leave(this->lanes_.index[l]); }
+  bool begin(const RandomStream& random, Path& path, int l) {
+    return ended_unless(pass_.begin(sights_[l], random, path), l);
+  }
+  bool leave(int l, const Flight& flight, Path& path) {
+    return ended_unless(pass_.leave(sights_[l], flight, path), l);
+  }
   void before(int) {}
   bool collide(int l, int c) {
-    pass_.collide(this->lanes_.index[l], c, {this->position(l), this->direction(l)});
-    return false;
+    const RandomStream random{pass_.seed, lanes_.index[l], Pass::domain};
+    Path path{{this->position(l), this->direction(l)},
+              lanes_.tau[l],
+              lanes_.event[l],
+              {0, 0, lanes_.word_c[l], lanes_.word_d[l]}};
+    if (!ended_unless(pass_.collide(sights_[l], c, random, path), l)) return false;
+    this->turn(l, path);
+    return true;
   }
   void after() {}
+  void move(int from, int to) { sights_[to] = sights_[from]; }
 
  private:
+  using Base::lanes_;
+
+  bool ended_unless(bool goes_on, int l) {
+    if (!goes_on) pass_.end(sights_[l], lanes_.index[l]);
+    return goes_on;
+  }
+
   const Pass& pass_;
+  Sight sights_[Lanes::size];
 };
 
 /// The matter of cells, the points of each side by side.

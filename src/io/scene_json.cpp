@@ -516,6 +516,10 @@ const Kind<Scene>& table() {
                             {"woodcock", Sampler::woodcock},
                             {"ray_marching", Sampler::ray_marching}}),
            "", "how free paths are drawn; ray_marching is biased"),
+       key("integrator", &Scene::integrator,
+           choice<Integrator>({{"photons", Integrator::photons}, {"path", Integrator::path}}), "",
+           "photons that light a grid, which the picture is gathered from; or paths from the "
+           "camera alone, which know no bias, for comparison"),
        key("marching_step", &Scene::marching_step, number(limits::marching_step), "length",
            "step of ray_marching, 0: one voxel of the finest component"),
        group<Scene>(
@@ -532,7 +536,16 @@ const Kind<Scene>& table() {
            "the first pass: from the lights into the medium"),
        group<Scene>("gather",
                     {key("samples", &Scene::samples, integer<std::uint64_t>(limits::samples), "",
-                         "per pixel")},
+                         "per pixel"),
+                     key("bounces", &Scene::bounces, integer<int>(limits::bounces), "",
+                         "scatterings of the camera's paths before they read the grid: more are "
+                         "slower, and less blurred by its cells"),
+                     key("single_scattering", &Scene::single_scattering,
+                         choice<SingleScattering>({{"apart", SingleScattering::apart},
+                                                   {"grid", SingleScattering::grid}}),
+                         "",
+                         "apart: light that is scattered once comes by shadow walks, sharp; grid: "
+                         "it is in the grid with all other light, faster and blurred")},
                     "the second pass: from the camera into the medium"),
        group<Scene>("preview",
                     {key("exposure", &Scene::exposure, number(limits::exposure), "EV",

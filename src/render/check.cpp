@@ -349,6 +349,11 @@ class Checker {
   void point_light(const std::string& path, const PointLight& l) {
     emission(path + ".power", l.power);
     if (!vector(path + ".position", l.position, limits::coordinate)) return;
+    if (!(open(0) && open(1) && open(2))
+        && (scene_.integrator == Integrator::path || scene_.bounces > 0))
+      error(path,
+            "between periodic sides a point light has images without end, which the camera's "
+            "paths cannot ask one by one: expected the integrator \"photons\" without bounces");
     bool inside = true, enters = false;
     for (int a = 0; a < 3; ++a) {
       const bool beyond =
@@ -424,6 +429,7 @@ class Checker {
     if (number("photons.illumination.order", scene_.illumination_order, limits::order))
       illumination_order();
     number("gather.samples", scene_.samples, limits::samples);
+    number("gather.bounces", scene_.bounces, limits::bounces);
     number("preview.exposure", scene_.exposure, limits::exposure);
     if (number("marching_step", scene_.marching_step, limits::marching_step)
         && scene_.marching_step > 0)

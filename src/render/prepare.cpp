@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 
@@ -240,11 +241,20 @@ float largest_sigma_t(const Component<AnyField>& c) {
 struct EmitterList {
   std::vector<Emitter> emitters;
   std::vector<glm::dvec3> powers;  // [W]
+  std::vector<DirectLight> direct;
+  std::vector<double> direct_powers;  // [W]
+  bool is_apart = false;              ///< see Emitter
 
-  void add(const Emitter& emitter, glm::dvec3 power) {
+  void add(Emitter emitter, glm::dvec3 power, bool asked) {
     if (!(largest(power) > 0)) return;
+    emitter.is_apart = is_apart && asked;
     emitters.push_back(emitter);
     powers.push_back(power);
+  }
+  void add(const DirectLight& light, double power) {
+    if (!(power > 0)) return;
+    direct.push_back(light);
+    direct_powers.push_back(power);
   }
 };
 
@@ -275,12 +285,18 @@ void add_light(const scene::PointLight& light, glm::dvec3 box_min, const Box& bo
   }
   const double share = 0.5 * (1.0 - double{e.cone_cosine});
   unshot += (1.0 - share) * light.power;
-  list.add(e, share * light.power);
+  list.add(e, share * light.power, !endless);
+  if (endless) return;  // it has images without end
+  DirectLight direct;
+  direct.position = e.position;
+  direct.intensity = to_vec3f(light.power / (4 * double{pi}));
+  list.add(direct, share * largest(light.power));
 }
 
 void add_light(const scene::DirectionalLight& light, glm::dvec3, const Box& box, EmitterList& list,
                glm::dvec3&) {
   const glm::dvec3 direction = glm::normalize(light.direction);
+  double area = 0;
   for (Face face = 0; face < 6; ++face) {
     const double cosine = glm::dot(direction, to_dvec3(inward_normal(face)));
     if (!is_open(box, face) || cosine <= 0) continue;
@@ -288,8 +304,14 @@ void add_light(const scene::DirectionalLight& light, glm::dvec3, const Box& box,
     e.kind = Emitter::Kind::beam;
     e.direction = to_vec3f(direction);
     e.face = face;
-    list.add(e, cosine * face_area(box, face) * light.irradiance);
+    list.add(e, cosine * face_area(box, face) * light.irradiance, true);
+    area += cosine * face_area(box, face);
   }
+  DirectLight direct;
+  direct.kind = DirectLight::Kind::beam;
+  direct.to_light = to_vec3f(-direction);
+  direct.intensity = to_vec3f(light.irradiance);
+  list.add(direct, area * largest(light.irradiance));
 }
 
 void add_light(const scene::EnvironmentLight& light, glm::dvec3, const Box& box, EmitterList& list,
@@ -299,17 +321,33 @@ void add_light(const scene::EnvironmentLight& light, glm::dvec3, const Box& box,
     Emitter e;
     e.kind = Emitter::Kind::environment;
     e.face = face;
-    list.add(e, double{pi} * face_area(box, face) * light.radiance);
+    // Not apart: single and multiple scattering of even light add up to what is even, too, and only
+    // apart do they blur.
+    list.add(e, double{pi} * face_area(box, face) * light.radiance, false);
   }
+}
+
+/// Gives each of `chosen` random words in proportion to its power. \return the sum of the powers.
+template <class T>
+double share_out(const std::vector<double>& powers, std::vector<T>& chosen) {
+  const double total = std::accumulate(powers.begin(), powers.end(), 0.0);
+  double sum = 0;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    sum += powers[i];
+    chosen[i].last_word =
+        static_cast<std::uint32_t>(std::clamp(sum / total * 4294967296.0 - 1.0, 0.0, 4294967295.0));
+  }
+  return total;
 }
 
 void prepare_lights(const Scene& scene, const Box& box, int threads, const Stop& stop,
                     PreparedScene& out) {
   EmitterList list;
+  list.is_apart = out.is_apart;
   for (std::size_t c = 0; c < out.components.size(); ++c) {
     if (!out.components[c].emission) continue;
     Glow g = glow(out.components, c, box, out.tables, threads, stop);
-    list.add(g.emitter, glm::dvec3(g.power));
+    list.add(g.emitter, glm::dvec3(g.power), false);
     out.glow_tables.push_back(std::move(g.ends));
   }
   for (const scene::Light& light : scene.lights) {
@@ -317,17 +355,18 @@ void prepare_lights(const Scene& scene, const Box& box, int threads, const Stop&
         [&](const auto& l) { add_light(l, scene.medium.box_min, box, list, out.unshot_power); },
         light);
   }
-  double total = 0, sum = 0;
-  for (const glm::dvec3& power : list.powers) total += largest(power);
-  for (std::size_t i = 0; i < list.emitters.size(); ++i) {
-    sum += largest(list.powers[i]);
-    Emitter& e = list.emitters[i];
-    e.weight = to_vec3f(list.powers[i] / largest(list.powers[i]));
-    e.last_word =
-        static_cast<std::uint32_t>(std::clamp(sum / total * 4294967296.0 - 1.0, 0.0, 4294967295.0));
-  }
+  std::vector<double> powers;
+  for (const glm::dvec3& power : list.powers) powers.push_back(largest(power));
+  out.shot_power = share_out(powers, list.emitters);
+  for (std::size_t i = 0; i < list.emitters.size(); ++i)
+    list.emitters[i].weight = to_vec3f(list.powers[i] / powers[i]);
   out.emitters = std::move(list.emitters);
-  out.shot_power = total;
+  const double direct_power = share_out(list.direct_powers, list.direct);
+  for (std::size_t i = 0; i < list.direct.size(); ++i) {
+    const double inverse_share = direct_power / list.direct_powers[i];
+    list.direct[i].intensity = static_cast<float>(inverse_share) * list.direct[i].intensity;
+  }
+  out.direct_lights = std::move(list.direct);
 }
 
 // ---- Camera and film
@@ -476,17 +515,21 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
       break;
   }
 
+  out.has_grid = scene.integrator == scene::Integrator::photons;
+  out.bounces = out.has_grid ? scene.bounces : std::numeric_limits<int>::max();
+  out.is_apart = scene.single_scattering == scene::SingleScattering::apart;
   prepare_lights(scene, box, threads, stop, out);
   prepare_camera(scene, out);
   for (const scene::Light& light : scene.lights) {
     if (const auto* e = std::get_if<scene::EnvironmentLight>(&light))
-      out.background = out.background + to_vec3f(e->radiance);
+      out.environment = out.environment + to_vec3f(e->radiance);
   }
-  out.background = out.background + to_vec3f(scene.background);
+  out.background = out.environment + to_vec3f(scene.background);
   out.film_unit = film_unit(scene, out.components, box);
   out.seed = scene.seed;
 
-  const auto [cx, cy, cz] = scene.illumination_resolution;
+  const auto [cx, cy, cz] =
+      out.has_grid ? scene.illumination_resolution : std::array<int, 3>{1, 1, 1};
   out.cells = {cx,
                cy,
                cz,

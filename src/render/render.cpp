@@ -189,7 +189,7 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
   result.seconds.bounds = seconds_since(start);
 
   start = Clock::now();
-  const std::uint64_t photons = prepared.emitters.empty() ? 0 : scene.photons;
+  const std::uint64_t photons = prepared.emitters.empty() || !prepared.has_grid ? 0 : scene.photons;
   batches.run("photons", photons, [&](IndexRange range) { backend.shoot(range); });
   result.seconds.photons = seconds_since(start);
   Account account = backend.take_account();
@@ -202,10 +202,10 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
   for (int c = 0; c < 3; ++c) result.unshot_power[c] = prepared.unshot_power[c];
 
   start = Clock::now();
-  batches.run("matter", prepared.cells.count(),
-              [&](IndexRange range) { backend.measure_matter(range); });
   Illumination illumination;
-  {
+  if (prepared.has_grid) {
+    batches.run("matter", prepared.cells.count(),
+                [&](IndexRange range) { backend.measure_matter(range); });
     const std::vector<std::int64_t> sums = backend.take_illumination(),
                                     matter = backend.take_matter();
     tallies.add_all(sums.data(), sums.size());

@@ -93,7 +93,7 @@ std::uint64_t scene_hash(const Scene& s) {
   hash(arithmetic_version, m.box_min, m.box_max, m.sides, m.majorant_resolution, m.components,
        s.lights, c.position, c.look_at, c.up, c.fov, c.resolution, s.background, s.sampler,
        s.marching_step, s.photons, s.illumination_resolution, s.illumination_order, s.samples,
-       s.seed);
+       s.seed, s.integrator, s.bounces, s.single_scattering);
   return hash.value();
 }
 

@@ -70,15 +70,13 @@ TEST(BlackBox, shows_the_background_weakened_by_exp_of_minus_the_optical_depth) 
 
 // ---- Scattered once
 
-/// What the gather makes of a phase function at this cosine [1/sr]: the expansion's first orders.
-double expanded(const scene::Phase& phase, double cosine) {
-  const double p2 = 1.5 * cosine * cosine - 0.5;
-  if (std::holds_alternative<scene::RayleighPhase>(phase)) {
-    return 3 / (16 * pi) * (1 + cosine * cosine);  // all of it
-  }
+/// Phase function [1/sr].
+double phase_function(const scene::Phase& phase, double cosine) {
+  if (std::holds_alternative<scene::RayleighPhase>(phase))
+    return 3 / (16 * pi) * (1 + cosine * cosine);
   const auto* hg = std::get_if<scene::HenyeyGreensteinPhase>(&phase);
   const double g = hg ? hg->g : 0;
-  return (1 + 3 * g * cosine + 5 * g * g * p2) / (4 * pi);
+  return (1 - g * g) / (4 * pi * std::pow(1 + g * g - 2 * g * cosine, 1.5));
 }
 
 /// Radiance that leaves a layer of this optical thickness after one scattering: per irradiance of
@@ -90,12 +88,12 @@ double scattered_once(double thickness, const scene::Phase& phase, glm::dvec3 su
       view.z > 0  ? out * -std::expm1(-thickness * (in + out)) / (in + out)
       : in == out ? out * thickness * std::exp(-thickness * out)
                   : out * (std::exp(-thickness * out) - std::exp(-thickness * in)) / (in - out);
-  return faint * expanded(phase, glm::dot(sun, -view)) * matter;
+  return faint * phase_function(phase, glm::dot(sun, -view)) * matter;
 }
 
 TEST(SingleScattering, in_a_layer_is_the_closed_form_from_all_angles) {
   const std::vector<scene::Phase> phases = {scene::IsotropicPhase{}, scene::RayleighPhase{},
-                                            scene::HenyeyGreensteinPhase{0.3}};
+                                            scene::HenyeyGreensteinPhase{0.5}};
   const std::vector<glm::dvec3> suns = {{0, 0, 1}, {0.6, 0, 0.8}};
   const std::vector<glm::dvec3> views = {
       {0, 0, 1}, {-0.8, 0, 0.6}, {0, 0.6, -0.8}, {-0.6, 0, -0.8}};

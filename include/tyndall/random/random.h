@@ -20,6 +20,7 @@ enum class Purpose : std::uint32_t {
   walk = 2,      ///< event n: accept, tau of the next flight, two for the next direction
   scatter = 3,   ///< event n: roulette
   place = 4,     ///< event 0: where in matter that shines, three, and whether
+  light = 5,     ///< event n: choice of a light, two for a point of it, tau of the shadow walk
 };
 
 /// One block: four 32-bit words.

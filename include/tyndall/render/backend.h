@@ -42,6 +42,7 @@ class Backend {
   /// Since the last call.
   virtual Account take_account() = 0;
 
+  /// Takes the grid that gather() reads; empty for none.
   virtual void illuminate(const std::vector<float>& numerator,
                           const std::vector<float>& denominator) = 0;
   virtual void gather(IndexRange samples) = 0;

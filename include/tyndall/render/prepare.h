@@ -33,7 +33,12 @@ struct PreparedScene {
   AnySampler sampler;
   std::vector<Emitter> emitters;
   PinholeCamera camera;
-  Vec3f background{0, 0, 0};
+  std::vector<DirectLight> direct_lights;
+  Vec3f environment{0, 0, 0};  ///< [W/(area sr)] that lights the medium
+  Vec3f background{0, 0, 0};   ///< [W/(area sr)] that the camera sees, the environment included
+  bool has_grid = true;        ///< false: paths alone
+  bool is_apart = true;        ///< the grid lacks direct_lights scattered once
+  int bounces = 0;             ///< before the grid is read
   int film_width = 1, film_height = 1;
   float film_unit = 1;
   IlluminationCells cells;

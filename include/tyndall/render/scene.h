@@ -189,6 +189,18 @@ struct Camera {
   std::array<int, 2> resolution{512, 512};
 };
 
+/// How light gets into the picture.
+enum class Integrator {
+  photons,  ///< photons leave light in a grid; a gather reads it
+  path,     ///< paths from the camera alone: no bias but noise
+};
+
+/// Where the gather finds light that is scattered once.
+enum class SingleScattering {
+  apart,  ///< by shadow walks to the lights: shadows and edges are as sharp as the matter
+  grid,   ///< with all other light in the grid: fast, and blurred by its cells
+};
+
 enum class Sampler { super_voxel, woodcock, ray_marching };
 
 struct Scene {
@@ -199,11 +211,14 @@ struct Scene {
                                ///< to the environment's
   Sampler sampler = Sampler::super_voxel;
   double marching_step = 0.0;  ///< [length] of ray_marching; 0: one finest voxel of the components
+  Integrator integrator = Integrator::photons;
   std::uint64_t photons = 1000000;
   std::array<int, 3> illumination_resolution{64, 64, 64};
   int illumination_order =
       -1;  ///< of the spherical harmonics, 0 to 2; -1: 2 unless all scattering is isotropic
   std::uint64_t samples = 16;  ///< per pixel
+  int bounces = 0;             ///< of the camera's paths before they read the grid
+  SingleScattering single_scattering = SingleScattering::apart;
   std::uint64_t seed = 1;
   double exposure = 0.0;  ///< [EV] of the PNG preview only
 };

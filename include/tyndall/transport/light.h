@@ -63,12 +63,50 @@ struct Emitter {
   float radius = 0;        ///< disc, across `direction`
   Face face = 0;           ///< beam, environment
   int component = 0;       ///< matter: whose, of the prepared medium
+  bool is_apart = false;   ///< its photons leave no light where they collide first: the gather asks
+                           ///< the light itself
   GlowCells cells;         ///< matter
 
   /// See DenseGrid::relocate.
   template <class Copy>
   void relocate(Copy&& copy) {
     if (cells.ends) cells.ends = copy(cells.ends, static_cast<std::size_t>(cells.count()));
+  }
+};
+
+/// A light as matter sees it.
+struct DirectLight {
+  enum class Kind { point, beam };
+
+  Kind kind = Kind::point;
+  std::uint32_t last_word = 0;  ///< as an Emitter's
+  Vec3f position{0, 0, 0};      ///< point
+  Vec3f to_light{0, 0, 1};      ///< beam: against the way it travels
+  Vec3f intensity{0, 0, 0};     ///< over the probability to be chosen; point [W/sr], beam [W/area]
+};
+
+/// A direction to a light, and what arrives from it where nothing is in between: the integral of
+/// radiance over the light's solid angle, over the probability density of the sample [W/area].
+struct LightSample {
+  Vec3f direction;
+  float distance;  ///< [length] to the light
+  Vec3f irradiance;
+};
+
+struct DirectLights {
+  const DirectLight* lights = nullptr;
+  int count = 0;
+
+  /// \return one of the lights, as seen from `p`.
+  TYN_HD LightSample sample(Vec3f p, RandomBlock random) const {
+    int chosen = 0;
+    while (chosen + 1 < count && random.a > lights[chosen].last_word) ++chosen;
+    const DirectLight& light = lights[chosen];
+    if (light.kind == DirectLight::Kind::beam)
+      return {light.to_light, largest_float, light.intensity};
+    const Vec3f way = light.position - p;
+    const float square = max(dot(way, way), 1e-30f), distance = sqrt(square);
+    return {(1.0f / distance) * way, distance, (1.0f / square) * light.intensity};
   }
 };
 

@@ -85,7 +85,8 @@ struct ShootPass {
     const RandomStream random{seed, index, domain};
     Path path;
     Vec3f weight;
-    if (!begin(random, path, weight)) return;
+    bool scores;
+    if (!begin(random, path, weight, scores)) return;
     Audit audit;
     for (;;) {
       const Flight flight = sampler.fly(medium, path, random, audit);
@@ -94,7 +95,9 @@ struct ShootPass {
         break;
       }
       const auto& component = medium.component(flight.component);
-      if (component.scatters()) illumination.score(path.ray.origin, path.ray.direction, weight);
+      if (component.scatters() && scores)
+        illumination.score(path.ray.origin, path.ray.direction, weight);
+      scores = true;
       if (!survive(flight.component, component.albedo, random, path.event, weight)) break;
       path.ray.direction = component.phase.sample(
           path.ray.direction, uniform_symmetric(path.drawn.c), uniform_symmetric(path.drawn.d));
@@ -105,7 +108,8 @@ struct ShootPass {
   // What becomes of a photon, and is written down, for every driver.
 
   /// \return false where the photon misses the medium, or the matter that was to shine.
-  TYN_HD bool begin(const RandomStream& random, Path& path, Vec3f& weight) const {
+  /// \param scores whether its first collision leaves light.
+  TYN_HD bool begin(const RandomStream& random, Path& path, Vec3f& weight, bool& scores) const {
     const RandomBlock first = random.block(0, Purpose::emission);
     const RandomBlock aim = random.block(0, Purpose::aim);
     const Emitter& light = choose(lights, first.a);
@@ -115,6 +119,7 @@ struct ShootPass {
             : emit(light, medium.whole.box, first, aim);
     path = {photon.ray, exponential(first.d), 0, {}};
     weight = photon.weight;
+    scores = !light.is_apart;
     Ledger& ledger = account->ledger;
     deposit(ledger.shot, 1);
     deposit_weight(ledger.shot_power, weight);
@@ -273,15 +278,36 @@ struct MatterPass {
   }
 };
 
-/// Gathers pixel sample `index` = sample * pixels + pixel: the light scattered towards the camera
-/// at the first real collision along its ray, or what lies behind the medium.
+/// A camera's path: what it has gathered, what its flight is for, and how it goes on after that.
+struct Sight {
+  bool in_shadow_walk = false;
+  bool hit = false;    ///< met matter
+  int collisions = 0;  ///< with matter that scatters
+  Vec3f radiance{0, 0, 0};
+  Vec3f throughput{1, 1, 1};
+  Vec3f direct{0, 0, 0};  ///< of the light, where nothing is in between
+
+  // After a shadow walk:
+  bool ends = false;
+  Ray onward{{0, 0, 0}, {0, 0, 1}};
+  float tau = 0;
+};
+
+/// Gathers pixel sample `index` = sample * pixels + pixel: a path from the camera. At each of its
+/// collisions it adds what the matter emits and, by a shadow walk, what a light sends there; after
+/// `bounces` scatterings it reads the illumination grid for the rest, and ends. Without a grid and
+/// an end it is a path tracer.
 template <class Medium, class Sampler>
 struct GatherPass {
   Medium medium;
   Sampler sampler;
   PinholeCamera camera;
-  IlluminationField illumination;
-  Vec3f background;  ///< [W/(area sr)]
+  IlluminationField illumination;  ///< numerator: null for none
+  DirectLights lights;
+  Vec3f environment;  ///< [W/(area sr)]
+  Vec3f background;   ///< [W/(area sr)] that the camera sees, the environment included
+  int bounces;
+  bool is_apart;  ///< the grid lacks light of `lights` that is scattered once
   std::uint64_t seed;
   Film film;
   Account* account;
@@ -290,22 +316,23 @@ struct GatherPass {
 
   TYN_HD void operator()(std::uint64_t index) const {
     const RandomStream random{seed, index, domain};
+    Sight sight;
     Path path;
-    if (!begin(random, path)) return;
     Audit audit;
-    const Flight flight = sampler.fly(medium, path, random, audit);
-    if (flight.end == Flight::End::collided) {
-      collide(index, flight.component, path.ray);
-    } else {
-      leave(index);
+    bool goes_on = begin(sight, random, path);
+    while (goes_on) {
+      const Flight flight = sampler.fly(medium, path, random, audit);
+      goes_on = flight.end == Flight::End::collided ? collide(sight, flight.component, random, path)
+                                                    : leave(sight, flight, path);
     }
+    end(sight, index);
     deposit_audit(account->audit, audit);
   }
 
-  // What becomes of a sample, for every driver.
+  // What becomes of a sample, for every driver. They return false where it is complete; otherwise
+  // `path` is its next flight.
 
-  /// \return false where the camera's ray misses the medium.
-  TYN_HD bool begin(const RandomStream& random, Path& path) const {
+  TYN_HD bool begin(Sight& sight, const RandomStream& random, Path& path) const {
     const std::uint64_t pixel = pixel_of(random.index);
     const RandomBlock first = random.block(0, Purpose::emission);
     const float column = static_cast<float>(pixel % static_cast<std::uint64_t>(film.width));
@@ -315,23 +342,66 @@ struct GatherPass {
             exponential(first.d),
             0,
             {}};
+    sight = {};
     if (enter(medium.whole.box, path.ray)) return true;
-    leave(random.index);
+    sight.radiance = background;
     return false;
   }
 
-  TYN_HD void leave(std::uint64_t index) const { film.add(pixel_of(index), background, false); }
-
-  /// \param ray starts at the collision.
-  TYN_HD void collide(std::uint64_t index, int which, const Ray& ray) const {
-    const auto& component = medium.component(which);
-    Vec3f radiance{0, 0, 0};
-    if (component.scatters()) {
-      radiance = component.albedo
-                 * illumination.scattered(ray.origin, -1.0f * ray.direction, component.phase);
+  TYN_HD bool leave(Sight& sight, const Flight& flight, Path& path) const {
+    if (sight.in_shadow_walk) {
+      if (flight.end == Flight::End::escaped) sight.radiance = sight.radiance + sight.direct;
+      return resume(sight, path);
     }
-    if (component.emission) radiance = radiance + component.emitted(ray.origin);
-    film.add(pixel_of(index), radiance, true);
+    const Vec3f behind = sight.collisions == 0 ? background : environment;
+    sight.radiance = sight.radiance + sight.throughput * behind;
+    return false;
+  }
+
+  /// \param path starts at the collision with matter of component `which`.
+  TYN_HD bool collide(Sight& sight, int which, const RandomStream& random, Path& path) const {
+    if (sight.in_shadow_walk) return resume(sight, path);
+    const auto& component = medium.component(which);
+    const Vec3f p = path.ray.origin, direction = path.ray.direction;
+    sight.hit = true;
+    if (component.emission)
+      sight.radiance = sight.radiance + sight.throughput * component.emitted(p);
+    if (!component.scatters()) return false;
+    const bool is_last = sight.collisions == bounces;
+    const Vec3f scattered = sight.throughput * component.albedo;
+    ++sight.collisions;
+    if (is_last && illumination.numerator) {
+      sight.radiance = sight.radiance
+                       + scattered * illumination.scattered(p, -1.0f * direction, component.phase);
+    }
+    sight.onward = {p, component.phase.sample(direction, uniform_symmetric(path.drawn.c),
+                                              uniform_symmetric(path.drawn.d))};
+    sight.tau = path.tau;
+    sight.throughput = scatter(sight.throughput, component.albedo, random, path.event).weight;
+    sight.ends = is_last || !(largest(sight.throughput) > 0.0f);
+    if (lights.count == 0 || (is_last && !is_apart)) return resume(sight, path);
+    const RandomBlock drawn = random.block(path.event, Purpose::light);
+    const LightSample light = lights.sample(p, drawn);
+    sight.direct =
+        component.phase.evaluate(dot(direction, light.direction)) * (scattered * light.irradiance);
+    sight.in_shadow_walk = true;
+    path.ray.direction = light.direction;
+    path.tau = exponential(drawn.d);
+    path.reach = light.distance;
+    return true;
+  }
+
+  TYN_HD void end(const Sight& sight, std::uint64_t index) const {
+    film.add(pixel_of(index), sight.radiance, sight.hit);
+  }
+
+ private:
+  TYN_HD static bool resume(Sight& sight, Path& path) {
+    sight.in_shadow_walk = false;
+    path.ray = sight.onward;
+    path.tau = sight.tau;
+    path.reach = largest_float;
+    return !sight.ends;
   }
 
   TYN_HD std::uint64_t pixel_of(std::uint64_t index) const { return index % film.pixel_count(); }

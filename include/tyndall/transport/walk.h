@@ -73,7 +73,11 @@ class SuperVoxelWalk {
     int i, j, k;
   };
   TYN_HD Place place() const { return place_; }
-  TYN_HD float distance() const { return t_; }  ///< along the ray [length]
+  TYN_HD float distance() const {
+    return t_;
+  }  ///< along the ray, from the last periodic side
+     ///< [length]
+  TYN_HD float travelled() const { return before_ + t_; }
 
   /// A walk along `ray` that is at `place`, `distance` away from its origin.
   TYN_HD SuperVoxelWalk(const MajorantGrid& grid, const Ray& ray, Place place, float distance)
@@ -122,6 +126,7 @@ class SuperVoxelWalk {
   // Enters at the opposite face. The ray starts anew there: a position computed along one long ray
   // would drift.
   TYN_HD bool wrap() {
+    before_ = before_ + t_;
     const Vec3f p = position();
     const Vec3f e = grid_.box.extent;
     ray_.origin = {clamp(p.x, 0.0f, e.x), clamp(p.y, 0.0f, e.y), clamp(p.z, 0.0f, e.z)};
@@ -137,7 +142,7 @@ class SuperVoxelWalk {
   Ray ray_;
   Vec3f inverse_;
   Place place_;
-  float t_, t_x_, t_y_, t_z_, t_exit_;
+  float before_ = 0.0f, t_, t_x_, t_y_, t_z_, t_exit_;
   Face face_ = 0;
 };
 
@@ -147,6 +152,7 @@ struct Path {
   float tau;            ///< optical depth to go [-]
   std::uint32_t event;  ///< tentative collisions of the whole path so far
   RandomBlock drawn;    ///< of the last one: accept, tau of the next flight, two for a direction
+  float reach = largest_float;  ///< [length] the flight ends there: that of a shadow walk
 };
 
 /// Which squeezed decisions are audited: one in 256, by bits of the block's last word that nothing
@@ -156,7 +162,7 @@ TYN_HD bool is_audited(std::uint32_t last_word) { return (last_word & 0xffu) == 
 struct Flight {
   enum class End { collided, escaped, stalled };
 
-  End end;
+  End end;        ///< escaped: nothing was in the way, to the end of the box or of the reach
   int component;  ///< collided: whose matter
   Face face;      ///< escaped: through which face of the box
 };
@@ -184,8 +190,16 @@ TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
         break;
       }
       ++crossings;
+      if (walk.travelled() > path.reach) {
+        flight.end = Flight::End::escaped;
+        break;
+      }
     } else {
       walk.advance(path.tau / sigma_maj);
+      if (walk.travelled() > path.reach) {
+        flight.end = Flight::End::escaped;
+        break;
+      }
       ++audit.tentative;
       path.drawn = random.block(++path.event, Purpose::walk);
       path.tau = exponential(path.drawn.b);
@@ -240,6 +254,10 @@ struct RayMarching {
     TreeNodes nodes;
     Flight flight{Flight::End::stalled, virtual_particle, 0};
     for (;;) {
+      if (walk.travelled() > path.reach) {
+        flight.end = Flight::End::escaped;
+        break;
+      }
       const float length = min(step, walk.length_to_exit());
       const Vec3f middle = walk.position() + 0.5f * length * walk.direction();
       const float sigma_t = total_sigma_t(medium, middle, nodes);
@@ -261,6 +279,10 @@ struct RayMarching {
         }
       } else {
         walk.advance(path.tau / sigma_t);
+        if (walk.travelled() > path.reach) {
+          flight.end = Flight::End::escaped;
+          break;
+        }
         ++audit.tentative;
         ++audit.real;
         path.drawn = random.block(++path.event, Purpose::walk);
