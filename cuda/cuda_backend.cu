@@ -128,6 +128,9 @@ class CudaBackend final : public Backend {
         Buffer<std::int64_t>(scene.cells.count() * static_cast<std::size_t>(scene.cells.moments()));
     matter_ = Buffer<std::int64_t>(scene.cells.count());
     account_ = Buffer<Account>(1);
+    pixels_ = Buffer<PixelTally>(scene.pixels());
+    groups_ = Buffer<std::int64_t>(scene.pixels() * scene.groups.size() * 3);
+    clamped_ = Buffer<std::int64_t>(1);
   }
 
   void shoot(IndexRange photons) override {
@@ -142,53 +145,49 @@ class CudaBackend final : public Backend {
   void measure_matter(IndexRange cells) override {
     std::visit(
         [&]<class Medium>(const Medium& medium) {
-          launch(MatterPass<Medium>{medium,
-                                    scene_->seed,
-                                    {scene_->cells, illumination_.data()},
-                                    scene_->cell_size,
-                                    scene_->strata,
-                                    scene_->matter_scale,
-                                    matter_.data()},
+          launch(MatterPass<Medium>{medium, scene_->seed, scene_->cells, scene_->cell_size,
+                                    scene_->strata, scene_->matter_scale, matter_.data()},
                  cells, stop_);
         },
         medium_);
   }
 
-  std::vector<std::int64_t> take_illumination() override {
-    return std::exchange(illumination_, {}).read();
-  }
+  std::vector<std::int64_t> take_illumination() override { return take(illumination_); }
   std::vector<std::int64_t> take_matter() override { return std::exchange(matter_, {}).read(); }
 
-  Account take_account() override {
-    const Account account = account_.read()[0];
-    account_.clear();
-    return account;
-  }
+  Account take_account() override { return take(account_)[0]; }
 
   void illuminate(const std::vector<float>& numerator,
                   const std::vector<float>& denominator) override {
-    field_ = {scene_->cells, numerator.empty() ? nullptr : keep(numerator.data(), numerator.size()),
-              keep(denominator.data(), denominator.size())};
-    pixels_ = Buffer<PixelTally>(static_cast<std::size_t>(scene_->film_width)
-                                 * static_cast<std::size_t>(scene_->film_height));
-    clamped_ = Buffer<std::int64_t>(1);
+    numerator_ = Buffer<float>(numerator.data(), numerator.size());
+    denominator_ = Buffer<float>(denominator.data(), denominator.size());
+    field_ = {scene_->cells, numerator.empty() ? nullptr : numerator_.data(), denominator_.data()};
   }
 
   void gather(IndexRange samples) override {
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      launch(GatherPass<Medium, Sampler>{medium, sampler, scene_->camera, field_, direct_lights_,
-                                         scene_->environment, scene_->background, scene_->bounces,
-                                         scene_->is_apart, scene_->seed,
-                                         Film{scene_->film_width, scene_->film_height,
-                                              scene_->film_unit, pixels_.data(), clamped_.data()},
-                                         account_.data()},
-             samples, stop_);
+      launch(
+          GatherPass<Medium, Sampler>{
+              medium, sampler, scene_->camera, field_, direct_lights_, scene_->background,
+              scene_->bounces, scene_->is_apart, scene_->seed,
+              Film{scene_->film_width, scene_->film_height, scene_->film_unit, pixels_.data(),
+                   clamped_.data(), scene_->groups.empty() ? nullptr : groups_.data(),
+                   static_cast<int>(scene_->groups.size())},
+              account_.data()},
+          samples, stop_);
     });
   }
 
-  FilmTallies take_film() override { return {pixels_.read(), clamped_.read()[0]}; }
+  FilmTallies take_film() override { return {take(pixels_), take(groups_), take(clamped_)[0]}; }
 
  private:
+  template <class T>
+  static std::vector<T> take(Buffer<T>& buffer) {
+    std::vector<T> values = buffer.read();
+    buffer.clear();
+    return values;
+  }
+
   template <class Launch>
   void visit(Launch&& launch_with) {
     std::visit(launch_with, medium_, scene_->sampler);
@@ -210,7 +209,8 @@ class CudaBackend final : public Backend {
   DirectLights direct_lights_;
   IlluminationField field_;
   std::vector<std::shared_ptr<void>> arrays_;
-  Buffer<std::int64_t> illumination_, matter_, clamped_;
+  Buffer<std::int64_t> illumination_, matter_, clamped_, groups_;
+  Buffer<float> numerator_, denominator_;
   Buffer<Account> account_;
   Buffer<PixelTally> pixels_;
 };

@@ -32,7 +32,7 @@ class CpuBackend final : public Backend {
     illumination_.assign(cells * static_cast<std::size_t>(scene.cells.moments()), 0);
     matter_.assign(cells, 0);
     account_ = {};
-    film_ = {};
+    clear_film();
   }
 
   void shoot(IndexRange photons) override {
@@ -51,13 +51,9 @@ class CpuBackend final : public Backend {
   void measure_matter(IndexRange cells) override {
     std::visit(
         [&]<class Medium>(const Medium& medium) {
-          const MatterPass<Medium> pass{medium,
-                                        scene_->seed,
-                                        {scene_->cells, illumination_.data()},
-                                        scene_->cell_size,
-                                        scene_->strata,
-                                        scene_->matter_scale,
-                                        matter_.data()};
+          const MatterPass<Medium> pass{
+              medium,         scene_->seed,         scene_->cells, scene_->cell_size,
+              scene_->strata, scene_->matter_scale, matter_.data()};
           parallel_for(cells.begin, cells.end, 64, threads_,
                        [&](std::uint64_t begin, std::uint64_t end) {
                          run_lanes(pass, begin, end, stop_, instruction_set_);
@@ -67,7 +63,8 @@ class CpuBackend final : public Backend {
   }
 
   std::vector<std::int64_t> take_illumination() override {
-    return std::exchange(illumination_, {});
+    std::vector<std::int64_t> empty(illumination_.size(), 0);
+    return std::exchange(illumination_, std::move(empty));
   }
   std::vector<std::int64_t> take_matter() override { return std::exchange(matter_, {}); }
   Account take_account() override { return std::exchange(account_, {}); }
@@ -75,9 +72,6 @@ class CpuBackend final : public Backend {
   void illuminate(const std::vector<float>& numerator,
                   const std::vector<float>& denominator) override {
     field_ = {scene_->cells, numerator.empty() ? nullptr : numerator.data(), denominator.data()};
-    film_.pixels.assign(static_cast<std::size_t>(scene_->film_width)
-                            * static_cast<std::size_t>(scene_->film_height),
-                        {});
   }
 
   void gather(IndexRange samples) override {
@@ -86,17 +80,28 @@ class CpuBackend final : public Backend {
                              medium, sampler, scene_->camera, field_,
                              DirectLights{scene_->direct_lights.data(),
                                           static_cast<int>(scene_->direct_lights.size())},
-                             scene_->environment, scene_->background, scene_->bounces,
-                             scene_->is_apart, scene_->seed,
+                             scene_->background, scene_->bounces, scene_->is_apart, scene_->seed,
                              Film{scene_->film_width, scene_->film_height, scene_->film_unit,
-                                  film_.pixels.data(), &film_.clamped},
+                                  film_.pixels.data(), &film_.clamped,
+                                  film_.groups.empty() ? nullptr : film_.groups.data(),
+                                  static_cast<int>(scene_->groups.size())},
                              nullptr});
     });
   }
 
-  FilmTallies take_film() override { return std::exchange(film_, {}); }
+  FilmTallies take_film() override {
+    FilmTallies film = std::move(film_);
+    clear_film();
+    return film;
+  }
 
  private:
+  void clear_film() {
+    film_ = {};
+    film_.pixels.resize(scene_->pixels());
+    film_.groups.resize(scene_->pixels() * scene_->groups.size() * 3);
+  }
+
   /// The medium's and the sampler's types are chosen here, once a launch.
   template <class Launch>
   void visit(Launch&& launch) {

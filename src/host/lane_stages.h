@@ -20,7 +20,8 @@ struct Lanes {
   alignas(64) std::uint64_t index[size];
   alignas(64) std::uint32_t event[size];
   alignas(64) float weight_x[size], weight_y[size], weight_z[size];
-  alignas(64) std::int32_t scores[size];  ///< whether the photon leaves light at its next collision
+  alignas(64) std::int32_t group[size];   ///< of the photon's light
+  alignas(64) std::int32_t scores[size];  ///< whether it leaves light at its next collision
   // Its flight.
   alignas(64) std::int32_t state[size];
   alignas(64) float origin_x[size], origin_y[size], origin_z[size];

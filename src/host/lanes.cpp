@@ -121,7 +121,7 @@ class Batch {
     const auto each = [&](auto&... arrays) { ((arrays[to] = arrays[from]), ...); };
     driver().move(from, to);
     each(lanes_.index, lanes_.event, lanes_.weight_x, lanes_.weight_y, lanes_.weight_z,
-         lanes_.scores, lanes_.reach, lanes_.state, lanes_.origin_x, lanes_.origin_y,
+         lanes_.group, lanes_.scores, lanes_.reach, lanes_.state, lanes_.origin_x, lanes_.origin_y,
          lanes_.origin_z, lanes_.direction_x, lanes_.direction_y, lanes_.direction_z, lanes_.tau,
          lanes_.distance, lanes_.virtual_particles, lanes_.i, lanes_.j, lanes_.k, lanes_.face,
          lanes_.cell);
@@ -243,11 +243,11 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
       : Base(pass.medium, pass.seed, Pass::domain, pass.account, stages), pass_(pass) {}
 
   bool begin(const RandomStream& random, Path& path, int l) {
-    Vec3f w;
-    bool scores;
-    if (!pass_.begin(random, path, w, scores)) return false;
-    set_weight(l, w);
-    lanes_.scores[l] = scores;
+    Burden burden;
+    if (!pass_.begin(random, path, burden)) return false;
+    set_weight(l, burden.weight);
+    lanes_.group[l] = burden.group;
+    lanes_.scores[l] = burden.scores;
     return true;
   }
 
@@ -274,7 +274,7 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
     Vec3f w = weight(l);
     if (component.scatters() && lanes_.scores[l]) {
       pass_.illumination.score(static_cast<std::size_t>(lanes_.illumination_cell[l]),
-                               this->direction(l), w);
+                               this->direction(l), w, lanes_.group[l]);
     }
     lanes_.scores[l] = 1;
     if (component.albedo.x == 1.0f && component.albedo.y == 1.0f && component.albedo.z == 1.0f)
@@ -339,7 +339,7 @@ class SampleBatch : public Batch<SampleBatch<Medium>, Medium> {
   using Base::lanes_;
 
   bool ended_unless(bool goes_on, int l) {
-    if (!goes_on) pass_.end(sights_[l], lanes_.index[l]);
+    if (!goes_on) pass_.end(sights_[l]);
     return goes_on;
   }
 

@@ -60,12 +60,46 @@ Imf::FrameBuffer frame_buffer(float* rgba, int width, int left = 0, int top = 0)
   return buffer;
 }
 
+/// Its channels are called "layer.X". \param left, top see above
+void add_layer(Imf::FrameBuffer& buffer, const PictureLayer& layer, int width, int left = 0,
+               int top = 0) {
+  const std::size_t pixel = layer.channels.size() * sizeof(float);
+  const std::size_t row = pixel * static_cast<std::size_t>(width);
+  for (std::size_t c = 0; c < layer.channels.size(); ++c) {
+    const std::uintptr_t origin = reinterpret_cast<std::uintptr_t>(layer.values.data() + c)
+                                  - static_cast<std::uintptr_t>(left) * pixel
+                                  - static_cast<std::uintptr_t>(top) * row;
+    buffer.insert(fmt::format("{}.{}", layer.name, layer.channels[c]),
+                  Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(origin), pixel, row));
+  }
+}
+
+/// The layers of a file, still without values.
+std::vector<PictureLayer> layers_of(const Imf::Header& header) {
+  std::vector<PictureLayer> layers;
+  for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
+    const std::string name = it.name();
+    const std::size_t dot = name.rfind('.');
+    if (dot == name.npos || dot + 2 != name.size()) continue;
+    const std::string layer = name.substr(0, dot);
+    if (layers.empty() || layers.back().name != layer) layers.push_back({layer, "", {}});
+    layers.back().channels += name[dot + 1];
+  }
+  for (PictureLayer& layer : layers)
+    if (layer.channels == "BGR") layer.channels = "RGB";  // files sort them
+  return layers;
+}
+
 }  // namespace
 
 std::string encode_exr(const Picture& picture) {
   Imf::Header header(picture.width, picture.height);
   header.compression() = Imf::ZIP_COMPRESSION;
-  for (const char* channel : channels) header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
+  // OpenEXR's slices have no const; it only reads here.
+  Imf::FrameBuffer buffer = frame_buffer(const_cast<float*>(picture.rgba.data()), picture.width);
+  for (const PictureLayer& layer : picture.layers) add_layer(buffer, layer, picture.width);
+  for (auto slice = buffer.begin(); slice != buffer.end(); ++slice)
+    header.channels().insert(slice.name(), Imf::Channel(Imf::FLOAT));
   Imf::addChromaticities(header, Imf::Chromaticities());  // the default is Rec. 709 with D65
   for (const auto& [key, value] : picture.provenance)
     header.insert(key, Imf::StringAttribute(value));
@@ -73,8 +107,7 @@ std::string encode_exr(const Picture& picture) {
   MemoryStream stream;
   {
     Imf::OutputFile file(stream, header);
-    // OpenEXR's slices have no const; it only reads here.
-    file.setFrameBuffer(frame_buffer(const_cast<float*>(picture.rgba.data()), picture.width));
+    file.setFrameBuffer(buffer);
     file.writePixels(picture.height);
   }  // writes the table of offsets
   return stream.take();
@@ -94,8 +127,14 @@ Picture read_exr(const std::string& path) {
     picture.height = window.max.y - window.min.y + 1;
     picture.rgba.resize(4 * static_cast<std::size_t>(picture.width)
                         * static_cast<std::size_t>(picture.height));
-    file.setFrameBuffer(
-        frame_buffer(picture.rgba.data(), picture.width, window.min.x, window.min.y));
+    Imf::FrameBuffer buffer =
+        frame_buffer(picture.rgba.data(), picture.width, window.min.x, window.min.y);
+    picture.layers = layers_of(header);
+    for (PictureLayer& layer : picture.layers) {
+      layer.values.resize(picture.rgba.size() / 4 * layer.channels.size());
+      add_layer(buffer, layer, picture.width, window.min.x, window.min.y);
+    }
+    file.setFrameBuffer(buffer);
     file.readPixels(window.min.y, window.max.y);
     for (auto it = header.begin(); it != header.end(); ++it) {
       const auto* text = dynamic_cast<const Imf::StringAttribute*>(&it.attribute());

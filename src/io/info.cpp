@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <glm/geometric.hpp>
 
 #include "io/helper/protocol.h"
@@ -189,6 +190,9 @@ Json picture_info(const std::string& path) {
   float most = 0;
   for (const float value : picture.rgba) most = std::max(most, value);
   out["channels"] = "R, G, B, A";
+  std::vector<std::string> layers;
+  for (const PictureLayer& layer : picture.layers) layers.push_back(layer.name + "." + layer.channels);
+  if (!layers.empty()) out["layers"] = fmt::format("{}", fmt::join(layers, ", "));
   out["largest value"] = brief(most);
   for (const auto& [key, value] : picture.provenance) out[key] = value;
   if (picture.provenance.empty()) out["provenance"] = "none: not made by Tyndall";

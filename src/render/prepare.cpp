@@ -316,15 +316,19 @@ void add_light(const scene::DirectionalLight& light, glm::dvec3, const Box& box,
 
 void add_light(const scene::EnvironmentLight& light, glm::dvec3, const Box& box, EmitterList& list,
                glm::dvec3&) {
+  double area = 0;
   for (Face face = 0; face < 6; ++face) {
     if (!is_open(box, face)) continue;
     Emitter e;
     e.kind = Emitter::Kind::environment;
     e.face = face;
-    // Not apart: single and multiple scattering of even light add up to what is even, too, and only
-    // apart do they blur.
-    list.add(e, double{pi} * face_area(box, face) * light.radiance, false);
+    list.add(e, double{pi} * face_area(box, face) * light.radiance, true);
+    area += face_area(box, face);
   }
+  DirectLight direct;
+  direct.kind = DirectLight::Kind::environment;
+  direct.intensity = to_vec3f(light.radiance);
+  list.add(direct, double{pi} * area * largest(light.radiance));
 }
 
 /// Gives each of `chosen` random words in proportion to its power. \return the sum of the powers.
@@ -362,10 +366,8 @@ void prepare_lights(const Scene& scene, const Box& box, int threads, const Stop&
     list.emitters[i].weight = to_vec3f(list.powers[i] / powers[i]);
   out.emitters = std::move(list.emitters);
   const double direct_power = share_out(list.direct_powers, list.direct);
-  for (std::size_t i = 0; i < list.direct.size(); ++i) {
-    const double inverse_share = direct_power / list.direct_powers[i];
-    list.direct[i].intensity = static_cast<float>(inverse_share) * list.direct[i].intensity;
-  }
+  for (std::size_t i = 0; i < list.direct.size(); ++i)
+    list.direct[i].chance = static_cast<float>(list.direct_powers[i] / direct_power);
   out.direct_lights = std::move(list.direct);
 }
 
@@ -520,11 +522,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.is_apart = scene.single_scattering == scene::SingleScattering::apart;
   prepare_lights(scene, box, threads, stop, out);
   prepare_camera(scene, out);
-  for (const scene::Light& light : scene.lights) {
-    if (const auto* e = std::get_if<scene::EnvironmentLight>(&light))
-      out.environment = out.environment + to_vec3f(e->radiance);
-  }
-  out.background = out.environment + to_vec3f(scene.background);
+  out.background = to_vec3f(scene.background);
   out.film_unit = film_unit(scene, out.components, box);
   out.seed = scene.seed;
 
@@ -541,7 +539,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   // As many points as a 256^3 grid has cells: with a million photons their error is 0.02 of the
   // photons' in a cloud and 0.2 at a solid's edge, with 8 million three times that
   // (tests/statistical). No fewer than 4^3 a cell, or wisps slip through between them.
-  out.strata = clamp(256 / std::max({cx, cy, cz}), 4, 8);
+  out.strata = clamp(256 / std::max({cx, cy, cz}), 3, 8);
   int exponent = 0;
   std::frexp(std::max(double{out.tables.whole_total[0]}, 1e-30), &exponent);
   out.matter_scale = static_cast<float>(std::ldexp(1.0, 40 - exponent));

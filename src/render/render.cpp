@@ -23,33 +23,51 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Runs a pass over [0, total) in batches, short enough for a bar that moves.
-class Batches {
+/// One pass, in parts and batches short enough for a bar that moves.
+class PassRunner {
  public:
-  explicit Batches(const RenderOptions& options) : options_(options) {}
+  PassRunner(const RenderOptions& options, const char* name, std::uint64_t total)
+      : options_(options), name_(name), total_(total) {
+    if (options.batch > 0) size_ = options.batch;
+  }
 
   template <class Pass>
-  void run(const char* name, std::uint64_t total, const Pass& pass) const {
-    std::uint64_t size = options_.batch > 0 ? options_.batch : 1024;
-    for (std::uint64_t begin = 0; begin < total;) {
-      report(name, begin, total);
-      const std::uint64_t end = std::min(total, begin + size);
-      const auto start = Clock::now();
+  void run(IndexRange part, const Pass& pass) {
+    const auto start = Clock::now();
+    for (std::uint64_t begin = part.begin; begin < part.end;) {
+      report(begin);
+      const std::uint64_t end = std::min(part.end, begin + size_);
+      const auto batch_start = Clock::now();
       pass(IndexRange{begin, end});
       begin = end;
-      if (options_.batch == 0 && seconds_since(start) < 0.1) size *= 2;
+      if (options_.batch == 0 && seconds_since(batch_start) < 0.1) size_ *= 2;
     }
-    report(name, total, total);
+    report(part.end);
+    seconds_ += seconds_since(start);
   }
 
-  void report(const char* name, std::uint64_t done, std::uint64_t total) const {
+  void report(std::uint64_t done) const {
     stop_if(options_.stop);
-    if (options_.progress) options_.progress({name, done, total});
+    if (options_.progress) options_.progress({name_, done, total_});
   }
+
+  double seconds() const { return seconds_; }
 
  private:
   const RenderOptions& options_;
+  const char* name_;
+  std::uint64_t total_, size_ = 1024;
+  double seconds_ = 0;
 };
+
+/// Part `i` of `n` nearly equal parts of [0, total).
+IndexRange share(std::uint64_t total, int i, int n) {
+  const auto at = [&](int k) {  // not total * k / n, which may overflow
+    const auto parts = static_cast<std::uint64_t>(n), part = static_cast<std::uint64_t>(k);
+    return total / parts * part + total % parts * part / parts;
+  };
+  return {at(i), at(i + 1)};
+}
 
 std::int64_t sum(const std::int64_t* counts, int n) {
   std::int64_t s = 0;
@@ -125,41 +143,136 @@ void hash_ledger(Hasher& hasher, const Ledger& ledger) {
                  sizeof ledger / sizeof(std::int64_t));
 }
 
-struct Illumination {
-  std::vector<float> numerator, denominator;
-};
-
-/// The tallies in absolute units, in float: made once, before the gather.
-Illumination read_out(const PreparedScene& scene, const std::vector<std::int64_t>& sums,
-                      const std::vector<std::int64_t>& matter, double photon_power) {
-  Illumination out;
-  const double weight = photon_power / double{weight_units};
+/// D of each cell in absolute units: [length^2].
+std::vector<float> read_out_matter(const PreparedScene& scene,
+                                   const std::vector<std::int64_t>& matter) {
   const Vec3f size = scene.cell_size;
   const double points = 8.0 * scene.strata * scene.strata * scene.strata;
   const double volume =
       double{size.x} * double{size.y} * double{size.z} / (points * double{scene.matter_scale});
-  out.numerator.reserve(sums.size());
-  for (const std::int64_t n : sums)
-    out.numerator.push_back(static_cast<float>(static_cast<double>(n) * weight));
-  out.denominator.reserve(matter.size());
+  std::vector<float> out;
+  out.reserve(matter.size());
   for (const std::int64_t d : matter)
-    out.denominator.push_back(static_cast<float>(static_cast<double>(d) * volume));
+    out.push_back(static_cast<float>(static_cast<double>(d) * volume));
   return out;
 }
 
-Picture develop(const PreparedScene& scene, const FilmTallies& film, std::uint64_t samples) {
-  Picture picture{scene.film_width, scene.film_height, {}, {}};
-  picture.rgba.reserve(film.pixels.size() * 4);
-  const double scale =
-      double{scene.film_unit} / double{weight_units} / static_cast<double>(samples);
-  for (const PixelTally& pixel : film.pixels) {
-    for (const std::int64_t s : pixel.sum)
-      picture.rgba.push_back(static_cast<float>(static_cast<double>(s) * scale));
-    picture.rgba.push_back(
-        static_cast<float>(static_cast<double>(pixel.hits) / static_cast<double>(samples)));
-  }
-  return picture;
+/// N in absolute units, of photons of `photon_power` [W]: made once, before the gather.
+std::vector<float> read_out_light(const std::vector<std::int64_t>& sums, double photon_power) {
+  const double weight = photon_power / double{weight_units};
+  std::vector<float> out;
+  out.reserve(sums.size());
+  for (const std::int64_t n : sums)
+    out.push_back(static_cast<float>(static_cast<double>(n) * weight));
+  return out;
 }
+
+/// The film of all replicates.
+class Development {
+ public:
+  Development(const PreparedScene& scene, std::uint64_t samples, int replicates)
+      : scene_(scene), samples_(samples), replicates_(replicates), spread_(3 * scene.pixels()) {
+    sum_.pixels.resize(scene.pixels());
+    sum_.groups.resize(scene.pixels() * scene.groups.size() * 3);
+  }
+
+  /// \param samples of each pixel of this replicate
+  void add(const FilmTallies& film, std::uint64_t samples) {
+    const auto n = static_cast<double>(samples);
+    for (std::size_t i = 0; i < film.pixels.size(); ++i) {
+      const auto* from = reinterpret_cast<const std::int64_t*>(&film.pixels[i]);
+      auto* to = reinterpret_cast<std::int64_t*>(&sum_.pixels[i]);
+      for (std::size_t w = 0; w < pixel_words; ++w) to[w] += from[w];
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto s = static_cast<double>(film.pixels[i].sum[c]);
+        spread_[3 * i + c].squares += s * s;
+        spread_[3 * i + c].products += n * s;
+      }
+    }
+    for (std::size_t i = 0; i < film.groups.size(); ++i) sum_.groups[i] += film.groups[i];
+    sum_.clamped += film.clamped;
+    sample_squares_ += n * n;
+  }
+
+  std::int64_t clamped() const { return sum_.clamped; }
+
+  void hash(Hasher& hasher) const {
+    hasher.add_all(reinterpret_cast<const std::int64_t*>(sum_.pixels.data()),
+                   sum_.pixels.size() * pixel_words);
+    hasher.add_all(sum_.groups.data(), sum_.groups.size());
+  }
+
+  Picture picture() const {
+    Picture picture;
+    picture.width = scene_.film_width;
+    picture.height = scene_.film_height;
+    picture.rgba.reserve(sum_.pixels.size() * 4);
+    for (const PixelTally& pixel : sum_.pixels) {
+      for (const std::int64_t s : pixel.sum) picture.rgba.push_back(radiance(s));
+      picture.rgba.push_back(
+          static_cast<float>(static_cast<double>(pixel.hits) / static_cast<double>(samples_)));
+    }
+    const auto color = [&](const char* name, const auto& value) {
+      PictureLayer layer{name, "RGB", {}};
+      layer.values.reserve(3 * sum_.pixels.size());
+      for (std::size_t i = 0; i < sum_.pixels.size(); ++i)
+        for (std::size_t c = 0; c < 3; ++c) layer.values.push_back(value(i, c));
+      picture.layers.push_back(std::move(layer));
+    };
+    if (replicates_ > 1)
+      color("variance", [&](std::size_t i, std::size_t c) { return variance(i, c); });
+    color("emission",
+          [&](std::size_t i, std::size_t c) { return radiance(sum_.pixels[i].emission[c]); });
+    color("single",
+          [&](std::size_t i, std::size_t c) { return radiance(sum_.pixels[i].single[c]); });
+    color("multiple",
+          [&](std::size_t i, std::size_t c) { return radiance(sum_.pixels[i].multiple[c]); });
+    color("albedo", [&](std::size_t i, std::size_t c) {
+      return static_cast<float>(static_cast<double>(sum_.pixels[i].albedo[c])
+                                / (double{weight_units} * static_cast<double>(samples_)));
+    });
+    const std::size_t groups = scene_.groups.size();
+    for (std::size_t g = 0; g < groups; ++g) {
+      color(("group_" + scene_.groups[g]).c_str(), [&](std::size_t i, std::size_t c) {
+        return radiance(sum_.groups[(i * groups + g) * 3 + c]);
+      });
+    }
+    picture.layers.push_back(
+        {"samples", "Y", std::vector<float>(sum_.pixels.size(), static_cast<float>(samples_))});
+    return picture;
+  }
+
+ private:
+  static constexpr std::size_t pixel_words = sizeof(PixelTally) / sizeof(std::int64_t);
+
+  double scale() const {
+    return double{scene_.film_unit} / double{weight_units} / static_cast<double>(samples_);
+  }
+  float radiance(std::int64_t sum) const {
+    return static_cast<float>(static_cast<double>(sum) * scale());
+  }
+
+  /// Of the mean of R replicates with n_r samples, whose sums are S_r:
+  /// R / (R - 1) sum (S_r - n_r S / n)^2 / n^2.
+  float variance(std::size_t i, std::size_t c) const {
+    const auto [squares, products] = spread_[3 * i + c];
+    const double mean = static_cast<double>(sum_.pixels[i].sum[c]) / static_cast<double>(samples_);
+    const double off = squares - 2 * mean * products + mean * mean * sample_squares_;
+    return static_cast<float>(std::max(off, 0.0) * replicates_ / (replicates_ - 1) * scale()
+                              * scale());
+  }
+
+  struct Spread {
+    double squares = 0, products = 0;  // sums of S_r^2 and n_r S_r
+  };
+
+  const PreparedScene& scene_;
+  std::uint64_t samples_;
+  int replicates_;
+  FilmTallies sum_;
+  std::vector<Spread> spread_;  // of each pixel's channels
+  double sample_squares_ = 0;   // sum of n_r^2
+};
 
 void require_valid(const Scene& scene, std::vector<std::string>& warnings) {
   const Problems problems = check(scene);
@@ -177,56 +290,68 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
   const DefaultFloatingPoint guard;
   RenderResult result;
   require_valid(scene, result.warnings);
-  const Batches batches(options);
   Hasher tallies;
 
+  PassRunner bounds(options, "bounds", 1000);
   auto start = Clock::now();
-  const auto bounds_done = [&](double share) {
-    batches.report("bounds", static_cast<std::uint64_t>(share * 1000), 1000);
-  };
-  const PreparedScene prepared = prepare(scene, backend.threads(), bounds_done, options.stop);
+  const PreparedScene prepared = prepare(
+      scene, backend.threads(),
+      [&](double done) { bounds.report(static_cast<std::uint64_t>(done * 1000)); }, options.stop);
   backend.load(prepared, options.stop);
   result.seconds.bounds = seconds_since(start);
 
-  start = Clock::now();
+  PassRunner matter(options, "matter", prepared.cells.count());
+  std::vector<float> denominator;
+  if (prepared.has_grid) {
+    matter.run({0, prepared.cells.count()},
+               [&](IndexRange range) { backend.measure_matter(range); });
+    const std::vector<std::int64_t> sums = backend.take_matter();
+    tallies.add_all(sums.data(), sums.size());
+    denominator = read_out_matter(prepared, sums);
+  }
+  result.seconds.matter = matter.seconds();
+
   const std::uint64_t photons = prepared.emitters.empty() || !prepared.has_grid ? 0 : scene.photons;
-  batches.run("photons", photons, [&](IndexRange range) { backend.shoot(range); });
-  result.seconds.photons = seconds_since(start);
-  Account account = backend.take_account();
-  hash_ledger(tallies, account.ledger);
-  close(account.ledger);
-  check_stalled(account.ledger, result.warnings);
-  result.ledger = in_scene_order(account.ledger, prepared.scene_component);
-  result.shoot = account.audit;
+  const std::uint64_t pixels = prepared.pixels();
+  int replicates = static_cast<int>(std::min<std::uint64_t>(scene.samples, most_replicates));
+  if (photons > 0) replicates = static_cast<int>(std::min<std::uint64_t>(photons, replicates));
+  PassRunner shoot(options, "photons", photons), gather(options, "pixels", pixels * scene.samples);
+  Development film(prepared, scene.samples, replicates);
+  Account shot{}, gathered{};
+  for (int r = 0; r < replicates; ++r) {
+    const IndexRange part = share(photons, r, replicates);
+    shoot.run(part, [&](IndexRange range) { backend.shoot(range); });
+    add(shot, backend.take_account());
+    std::vector<float> numerator;
+    if (prepared.has_grid) {
+      const std::vector<std::int64_t> sums = backend.take_illumination();
+      tallies.add_all(sums.data(), sums.size());
+      const std::uint64_t count = part.end - part.begin;
+      numerator =
+          read_out_light(sums, count > 0 ? prepared.shot_power / static_cast<double>(count) : 0.0);
+    }
+    backend.illuminate(numerator, denominator);
+    const IndexRange samples = share(scene.samples, r, replicates);
+    gather.run({samples.begin * pixels, samples.end * pixels},
+               [&](IndexRange range) { backend.gather(range); });
+    add(gathered, backend.take_account());
+    film.add(backend.take_film(), samples.end - samples.begin);
+  }
+  result.seconds.photons = shoot.seconds();
+  result.seconds.pixels = gather.seconds();
+  result.replicates = replicates;
+
+  hash_ledger(tallies, shot.ledger);
+  close(shot.ledger);
+  check_stalled(shot.ledger, result.warnings);
+  result.ledger = in_scene_order(shot.ledger, prepared.scene_component);
+  result.shoot = shot.audit;
+  result.gather = gathered.audit;
   result.photon_power = photons > 0 ? prepared.shot_power / static_cast<double>(photons) : 0.0;
   for (int c = 0; c < 3; ++c) result.unshot_power[c] = prepared.unshot_power[c];
-
-  start = Clock::now();
-  Illumination illumination;
-  if (prepared.has_grid) {
-    batches.run("matter", prepared.cells.count(),
-                [&](IndexRange range) { backend.measure_matter(range); });
-    const std::vector<std::int64_t> sums = backend.take_illumination(),
-                                    matter = backend.take_matter();
-    tallies.add_all(sums.data(), sums.size());
-    tallies.add_all(matter.data(), matter.size());
-    illumination = read_out(prepared, sums, matter, result.photon_power);
-  }
-  result.seconds.matter = seconds_since(start);
-
-  start = Clock::now();
-  backend.illuminate(illumination.numerator, illumination.denominator);
-  const std::uint64_t pixels = static_cast<std::uint64_t>(prepared.film_width)
-                               * static_cast<std::uint64_t>(prepared.film_height);
-  batches.run("pixels", pixels * scene.samples, [&](IndexRange range) { backend.gather(range); });
-  const FilmTallies film = backend.take_film();
-  account = backend.take_account();
-  result.gather = account.audit;
-  result.clamped = static_cast<std::uint64_t>(film.clamped);
-  tallies.add_all(reinterpret_cast<const std::int64_t*>(film.pixels.data()),
-                  film.pixels.size() * sizeof(PixelTally) / sizeof(std::int64_t));
-  result.picture = develop(prepared, film, scene.samples);
-  result.seconds.pixels = seconds_since(start);
+  film.hash(tallies);
+  result.clamped = static_cast<std::uint64_t>(film.clamped());
+  result.picture = film.picture();
 
   if (const auto violations = result.shoot.violations + result.gather.violations; violations > 0) {
     result.warnings.push_back(

@@ -36,7 +36,7 @@ Result run(const PreparedScene& scene, const Medium& medium, std::uint64_t begin
                                      &result.shot},
        begin, end);
   result.matter.assign(scene.cells.count(), 0);
-  call(MatterPass<Medium>{medium, scene.seed, tally, scene.cell_size, scene.strata,
+  call(MatterPass<Medium>{medium, scene.seed, scene.cells, scene.cell_size, scene.strata,
                           scene.matter_scale, result.matter.data()},
        0, scene.cells.count());
   const std::vector<float> numerator(result.illumination.begin(), result.illumination.end()),
@@ -51,7 +51,6 @@ Result run(const PreparedScene& scene, const Medium& medium, std::uint64_t begin
                                       {scene.cells, numerator.data(), denominator.data()},
                                       {scene.direct_lights.data(),
                                        static_cast<int>(scene.direct_lights.size())},
-                                      scene.environment,
                                       scene.background,
                                       scene.bounces,
                                       scene.is_apart,

@@ -68,9 +68,18 @@ class ExrTest : public testing::Test {
 };
 
 TEST_F(ExrTest, ComesBackBitForBit) {
-  const Picture picture = gradient(37, 21);
+  Picture picture = gradient(37, 21);
+  picture.layers = {{"depth", "Z", {}}, {"variance", "RGB", {}}};
+  for (int i = 0; i < 37 * 21; ++i) picture.layers[0].values.push_back(static_cast<float>(i));
+  for (int i = 0; i < 3 * 37 * 21; ++i) picture.layers[1].values.push_back(-static_cast<float>(i));
   put(encode_exr(picture));
   const Picture read = read_exr(path_);
+  ASSERT_EQ(read.layers.size(), 2u);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(read.layers[i].name, picture.layers[i].name);
+    EXPECT_EQ(read.layers[i].channels, picture.layers[i].channels);
+    EXPECT_TRUE(read.layers[i].values == picture.layers[i].values);
+  }
   EXPECT_EQ(read.width, 37);
   EXPECT_EQ(read.height, 21);
   EXPECT_TRUE(read.rgba == picture.rgba);

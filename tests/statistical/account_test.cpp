@@ -42,16 +42,14 @@ TEST(Roulette, takes_and_gives_the_same_power_in_every_colour) {
 // ---- Matter
 
 /// D of some cells by a quadrature of `strata` cubed points, or more [length^2, but for a factor].
-std::vector<double> matter(Tallies& tallies, const std::vector<std::uint64_t>& cells, int strata,
-                           std::uint64_t seed) {
+std::vector<double> matter(const Tallies& tallies, const std::vector<std::uint64_t>& cells,
+                           int strata, std::uint64_t seed) {
   const PreparedScene& scene = tallies.scene;
   std::vector<std::int64_t> sums(scene.cells.count());
   std::visit(
       [&]<class Medium>(const Medium& medium) {
         const MatterPass<Medium> pass{
-            medium,          seed,   {scene.cells, tallies.illumination.data()},
-            scene.cell_size, strata, scene.matter_scale,
-            sums.data()};
+            medium, seed, scene.cells, scene.cell_size, strata, scene.matter_scale, sums.data()};
         for (const std::uint64_t cell : cells) pass(cell);
       },
       scene.medium);

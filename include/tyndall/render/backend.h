@@ -22,6 +22,7 @@ struct IndexRange {
 
 struct FilmTallies {
   std::vector<PixelTally> pixels;
+  std::vector<std::int64_t> groups;  ///< see Film::groups
   std::int64_t clamped = 0;
 };
 
@@ -37,16 +38,16 @@ class Backend {
   virtual void load(const PreparedScene& scene, const Stop& stop) = 0;
   virtual void shoot(IndexRange photons) = 0;
   virtual void measure_matter(IndexRange cells) = 0;
+  virtual std::vector<std::int64_t> take_matter() = 0;  ///< see MatterPass::matter
+  // Since the last call:
   virtual std::vector<std::int64_t> take_illumination() = 0;  ///< see IlluminationTally::sums
-  virtual std::vector<std::int64_t> take_matter() = 0;        ///< see MatterPass::matter
-  /// Since the last call.
   virtual Account take_account() = 0;
 
   /// Takes the grid that gather() reads; empty for none.
   virtual void illuminate(const std::vector<float>& numerator,
                           const std::vector<float>& denominator) = 0;
   virtual void gather(IndexRange samples) = 0;
-  virtual FilmTallies take_film() = 0;
+  virtual FilmTallies take_film() = 0;  ///< since the last call
 };
 
 }  // namespace tyndall

@@ -7,12 +7,20 @@
 
 namespace tyndall {
 
+/// More about each pixel than its colour.
+struct PictureLayer {
+  std::string name;           ///< of the layer in the file
+  std::string channels;       ///< a letter each, such as "RGB"
+  std::vector<float> values;  ///< [height][width][channels]
+};
+
 /// Linear scene-referred RGBA (Rec. 709 primaries, D65), row by row from the top left; radiance
 /// [W/(area sr)], alpha the share of the pixel's samples that met matter (premultiplied: a black
 /// background adds nothing).
 struct Picture {
   int width = 0, height = 0;
-  std::vector<float> rgba;                                      ///< 4 width height values
+  std::vector<float> rgba;  ///< 4 width height values
+  std::vector<PictureLayer> layers;
   std::vector<std::pair<std::string, std::string>> provenance;  ///< for the file's header, in order
 };
 

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <functional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -34,11 +35,12 @@ struct PreparedScene {
   std::vector<Emitter> emitters;
   PinholeCamera camera;
   std::vector<DirectLight> direct_lights;
-  Vec3f environment{0, 0, 0};  ///< [W/(area sr)] that lights the medium
-  Vec3f background{0, 0, 0};   ///< [W/(area sr)] that the camera sees, the environment included
-  bool has_grid = true;        ///< false: paths alone
-  bool is_apart = true;        ///< the grid lacks direct_lights scattered once
-  int bounces = 0;             ///< before the grid is read
+  Vec3f background{0, 0, 0};        ///< [W/(area sr)] that the camera sees where nothing else is
+  std::vector<std::string> groups;  ///< whose light is kept apart: of lights, then that of matter
+                                    ///< that shines, if any, and the background's; or none
+  bool has_grid = true;             ///< false: paths alone
+  bool is_apart = true;             ///< the grid lacks direct_lights scattered once
+  int bounces = 0;                  ///< before the grid is read
   int film_width = 1, film_height = 1;
   float film_unit = 1;
   IlluminationCells cells;
@@ -46,6 +48,10 @@ struct PreparedScene {
   int strata = 1;
   float matter_scale = 1;
   std::uint64_t seed = 1;
+
+  std::size_t pixels() const {
+    return static_cast<std::size_t>(film_width) * static_cast<std::size_t>(film_height);
+  }
 
   double shot_power = 0;       ///< [W] of all photons together, each of weight 1
   glm::dvec3 unshot_power{0};  ///< [W] into directions that cannot meet the medium

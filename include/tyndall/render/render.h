@@ -46,6 +46,7 @@ struct RenderResult {
   Audit shoot, gather;          ///< counts of the walks, majorant violations among them
   std::uint64_t clamped = 0;    ///< film samples that were cut to the film's range
   double photon_power = 0;      ///< [W] of one photon of weight 1
+  int replicates = 1;           ///< that the picture is the mean of; see most_replicates
   double unshot_power[3] = {};  ///< [W] of the lights that could not meet the medium: never shot
   Hashes hashes{};
   PassSeconds seconds;
@@ -56,6 +57,11 @@ struct RenderResult {
 /// \throws Error (scene_invalid, out_of_memory, device; internal when the ledger does not close),
 /// Stopped.
 RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& options = {});
+
+/// A render is made of this many, each of its own photons, grid and samples: pixels share a grid,
+/// so that only the spread between several tells the noise of a picture. Fewer where there are
+/// fewer samples.
+inline constexpr int most_replicates = 8;
 
 /// \return hash of everything in `scene` that can change the picture.
 std::uint64_t scene_hash(const Scene& scene);

@@ -10,12 +10,29 @@
 
 namespace tyndall {
 
-/// Sums over the samples of one pixel. Radiance in units of 2^-24 of the film's `unit`.
+/// Where the light of a picture comes from. What is seen of lights and of the background without
+/// scattering is no part of these.
+enum class Part {
+  unscattered,  ///< of lights and of the background
+  emission,     ///< of matter that shines, as it is
+  single,       ///< of lights, scattered once
+  multiple,     ///< all else
+};
+
+/// Sums over the samples of one pixel, in units of 2^-24 of the film's `unit`.
 struct PixelTally {
-  std::int64_t sum[3] = {};
-  std::int64_t square_low[3] = {};   ///< the sum of squares is square_high 2^32 + square_low:
-  std::int64_t square_high[3] = {};  ///< one word would overflow
-  std::int64_t hits = 0;             ///< samples that met matter
+  std::int64_t sum[3] = {};       ///< of all light
+  std::int64_t emission[3] = {};  ///< of its parts
+  std::int64_t single[3] = {};
+  std::int64_t multiple[3] = {};
+  std::int64_t albedo[3] = {};  ///< of what was met first, in units of 2^-24
+  std::int64_t hits = 0;        ///< samples that met matter
+};
+
+/// What a sample has added to its pixel so far, in units of the film.
+struct SampleSum {
+  std::int64_t rgb[3] = {};
+  bool cut = false;  ///< it was brighter than the film's range
 };
 
 struct Film {
@@ -23,6 +40,8 @@ struct Film {
   float unit = 1;  ///< [W/(area sr)] a power of two taken from the lights
   PixelTally* pixels = nullptr;
   std::int64_t* clamped = nullptr;  ///< samples beyond the range
+  std::int64_t* groups = nullptr;   ///< [pixels][group_count][3] light of each group, or null
+  int group_count = 0;
 
   static constexpr float range = 4096.0f;  ///< largest radiance of a sample, in units
 
@@ -30,22 +49,44 @@ struct Film {
     return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
   }
 
-  TYN_HD void add(std::uint64_t pixel, Vec3f radiance, bool hit) const {
-    PixelTally& tally = pixels[pixel];
+  /// Adds light to a sample and at once to its parts, which therefore add up to it, bit for bit.
+  TYN_HD void add(std::uint64_t pixel, Vec3f radiance, Part part, int group,
+                  SampleSum& sample) const {
     const float inverse = 1.0f / unit;
     const float value[3] = {radiance.x * inverse, radiance.y * inverse, radiance.z * inverse};
-    bool cut = false;
+    std::int64_t* of_group = groups ? groups
+                                          + (pixel * static_cast<std::uint64_t>(group_count)
+                                             + static_cast<std::uint64_t>(group))
+                                                * 3
+                                    : nullptr;
+    PixelTally& tally = pixels[pixel];
     for (int c = 0; c < 3; ++c) {
-      cut = cut || !(value[c] <= range);
-      const std::int64_t v = to_units(clamp(value[c], 0.0f, range));  // at most 2^36
-      deposit(tally.sum[c], v);
-      // v = 2^18 a + b, so v^2 = 2^36 a^2 + 2^19 ab + b^2, and every product stays below 2^63.
-      const std::int64_t a = v >> 18, b = v & 0x3ffff, ab = a * b;
-      deposit(tally.square_high[c], 16 * a * a + (ab >> 13));
-      deposit(tally.square_low[c], ((ab & 0x1fff) << 19) + b * b);
+      constexpr std::int64_t most = static_cast<std::int64_t>(range) << 24;
+      std::int64_t v = to_units(clamp(value[c], 0.0f, range));
+      const std::int64_t left = most - sample.rgb[c];
+      if (!(value[c] <= range) || v > left) {
+        sample.cut = true;
+        v = v > left ? left : v;
+      }
+      if (v == 0) continue;
+      sample.rgb[c] += v;
+      if (of_group) deposit(of_group[c], v);
+      if (part == Part::emission) deposit(tally.emission[c], v);
+      if (part == Part::single) deposit(tally.single[c], v);
+      if (part == Part::multiple) deposit(tally.multiple[c], v);
     }
-    if (hit) deposit(tally.hits, 1);
-    if (cut) deposit(*clamped, 1);
+  }
+
+  /// The end of a sample. \param albedo of the matter that it met first, if it `hit` any
+  TYN_HD void finish(std::uint64_t pixel, const SampleSum& sample, bool hit, Vec3f albedo) const {
+    PixelTally& tally = pixels[pixel];
+    for (int c = 0; c < 3; ++c)
+      if (sample.rgb[c] != 0) deposit(tally.sum[c], sample.rgb[c]);
+    if (sample.cut) deposit(*clamped, 1);
+    if (!hit) return;
+    deposit(tally.hits, 1);
+    const float share[3] = {albedo.x, albedo.y, albedo.z};
+    for (int c = 0; c < 3; ++c) deposit(tally.albedo[c], to_units(share[c]));
   }
 };
 

@@ -55,10 +55,12 @@ struct IlluminationCells {
   Box box;
   Vec3f inverse_cell_size{1, 1, 1};  ///< [1/length]
   int channels = 3;                  ///< RGB, or 1 where all light is grey
+  int groups = 1;                    ///< of lights, kept apart
 
   TYN_HD std::size_t count() const { return static_cast<std::size_t>(nx) * ny * nz; }
-  /// Numbers per cell: [harmonics][channels].
-  TYN_HD int moments() const { return harmonics(order) * channels; }
+  /// Numbers per cell: [groups][harmonics][channels].
+  TYN_HD int moments() const { return groups * group_moments(); }
+  TYN_HD int group_moments() const { return harmonics(order) * channels; }
   TYN_HD std::size_t index(int i, int j, int k) const {
     return (static_cast<std::size_t>(k) * ny + j) * nx + i;
   }
@@ -69,17 +71,18 @@ struct IlluminationCells {
   }
 };
 
-/// N: [cells][harmonics][channels] in units of 2^-24 of a photon.
+/// N: [cells][groups][harmonics][channels] in units of 2^-24 of a photon.
 struct IlluminationTally {
   IlluminationCells cells;
   std::int64_t* sums = nullptr;
 
-  TYN_HD void score(Vec3f p, Vec3f direction, Vec3f weight) const {
-    score(cells.cell_of(p), direction, weight);
+  TYN_HD void score(Vec3f p, Vec3f direction, Vec3f weight, int group = 0) const {
+    score(cells.cell_of(p), direction, weight, group);
   }
 
-  TYN_HD void score(std::size_t cell, Vec3f direction, Vec3f weight) const {
-    std::int64_t* sum = sums + cell * static_cast<std::size_t>(cells.moments());
+  TYN_HD void score(std::size_t cell, Vec3f direction, Vec3f weight, int group = 0) const {
+    std::int64_t* sum =
+        sums + cell * static_cast<std::size_t>(cells.moments()) + group * cells.group_moments();
     for (int i = 0; i < harmonics(cells.order); ++i) {
       const float y = harmonic(i, direction);
       deposit(*sum++, to_units(weight.x * y));
@@ -88,53 +91,60 @@ struct IlluminationTally {
       deposit(*sum++, to_units(weight.z * y));
     }
   }
-
-  /// \return whether light was scored there.
-  TYN_HD bool is_lit(std::size_t cell) const {
-    const std::int64_t* sum = sums + cell * static_cast<std::size_t>(cells.moments());
-    bool lit = false;
-    for (int channel = 0; channel < cells.channels; ++channel) lit = lit || sum[channel] != 0;
-    return lit;
-  }
 };
 
 /// The grid as the gather reads it.
 struct IlluminationField {
   IlluminationCells cells;
-  const float* numerator = nullptr;    ///< [cells][harmonics][channels] [W length]: N, absolute
+  const float* numerator = nullptr;    ///< [cells][groups][harmonics][channels] [W length]: N
   const float* denominator = nullptr;  ///< [cells] [length^2]: D
 
-  /// Light scattered towards `towards` by matter of `phase` at `p`, per unit albedo: the integral
-  /// of phase function times radiance over the directions it comes from [W/(area sr)].
-  TYN_HD Vec3f scattered(Vec3f p, Vec3f towards, const Phase& phase) const {
+  /// Where the light at a point is read from: 8 cells, and their shares in it.
+  struct Spot {
+    std::size_t cell[8];
+    float weight[8];
+    float matter;  ///< 0: there is no light to be read
+  };
+
+  TYN_HD Spot spot(Vec3f p) const {
     const Corner x = corner(p.x * cells.inverse_cell_size.x, cells.nx, cells.box.periodic_x);
     const Corner y = corner(p.y * cells.inverse_cell_size.y, cells.ny, cells.box.periodic_y);
     const Corner z = corner(p.z * cells.inverse_cell_size.z, cells.nz, cells.box.periodic_z);
-    const int n = harmonics(cells.order);
-    const auto index = [&](int c) {
-      return cells.index(c & 1 ? x.high : x.low, c & 2 ? y.high : y.low, c & 4 ? z.high : z.low);
-    };
-    const auto weight = [&](int c) {
-      return (c & 1 ? x.weight : 1.0f - x.weight) * (c & 2 ? y.weight : 1.0f - y.weight)
-             * (c & 4 ? z.weight : 1.0f - z.weight);
-    };
-    float matter = 0.0f;
-    for (int c = 0; c < 8; ++c) matter = matter + weight(c) * denominator[index(c)];
-    if (!(matter > 0.0f)) return {0, 0, 0};
+    Spot spot;
+    spot.matter = 0.0f;
+    for (int c = 0; c < 8; ++c) {
+      spot.cell[c] =
+          cells.index(c & 1 ? x.high : x.low, c & 2 ? y.high : y.low, c & 4 ? z.high : z.low);
+      spot.weight[c] = (c & 1 ? x.weight : 1.0f - x.weight) * (c & 2 ? y.weight : 1.0f - y.weight)
+                       * (c & 4 ? z.weight : 1.0f - z.weight);
+      spot.matter = spot.matter + spot.weight[c] * denominator[spot.cell[c]];
+    }
+    return spot;
+  }
+
+  /// Light of a group scattered towards `towards` by matter of `phase` at `spot`, per unit albedo:
+  /// the integral of phase function times radiance over the directions it comes from
+  /// [W/(area sr)].
+  TYN_HD Vec3f scattered_at(const Spot& spot, Vec3f towards, const Phase& phase, int group) const {
+    if (!(spot.matter > 0.0f)) return {0, 0, 0};
     Vec3f sum{0, 0, 0};
-    for (int i = 0; i < n; ++i) {
+    for (int i = 0; i < harmonics(cells.order); ++i) {
+      const float share = phase.moment(order_of_harmonic(i)) * harmonic(i, towards);
+      const int at = group * cells.group_moments() + i * cells.channels;
       Vec3f moment{0, 0, 0};
       for (int c = 0; c < 8; ++c) {
-        const float* at = numerator + index(c) * static_cast<std::size_t>(cells.moments())
-                          + static_cast<std::size_t>(i * cells.channels);
-        const Vec3f rgb =
-            cells.channels == 1 ? Vec3f{at[0], at[0], at[0]} : Vec3f{at[0], at[1], at[2]};
-        moment = moment + weight(c) * rgb;
+        const float* n = numerator + spot.cell[c] * static_cast<std::size_t>(cells.moments())
+                         + static_cast<std::size_t>(at);
+        const Vec3f rgb = cells.channels == 1 ? Vec3f{n[0], n[0], n[0]} : Vec3f{n[0], n[1], n[2]};
+        moment = moment + spot.weight[c] * rgb;
       }
-      sum = sum + (phase.moment(order_of_harmonic(i)) * harmonic(i, towards)) * moment;
+      sum = sum + share * moment;
     }
-    sum = (1.0f / matter) * sum;
+    sum = (1.0f / spot.matter) * sum;
     return {max(sum.x, 0.0f), max(sum.y, 0.0f), max(sum.z, 0.0f)};  // a truncated series may dip
+  }
+  TYN_HD Vec3f scattered(Vec3f p, Vec3f towards, const Phase& phase) const {
+    return scattered_at(spot(p), towards, phase, 0);
   }
 
  private:

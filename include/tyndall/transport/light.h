@@ -63,6 +63,7 @@ struct Emitter {
   float radius = 0;        ///< disc, across `direction`
   Face face = 0;           ///< beam, environment
   int component = 0;       ///< matter: whose, of the prepared medium
+  int group = 0;           ///< of PreparedScene::groups
   bool is_apart = false;   ///< its photons leave no light where they collide first: the gather asks
                            ///< the light itself
   GlowCells cells;         ///< matter
@@ -76,13 +77,15 @@ struct Emitter {
 
 /// A light as matter sees it.
 struct DirectLight {
-  enum class Kind { point, beam };
+  enum class Kind { point, beam, environment };
 
   Kind kind = Kind::point;
   std::uint32_t last_word = 0;  ///< as an Emitter's
+  float chance = 1;             ///< to be chosen
+  int group = 0;                ///< of PreparedScene::groups
   Vec3f position{0, 0, 0};      ///< point
   Vec3f to_light{0, 0, 1};      ///< beam: against the way it travels
-  Vec3f intensity{0, 0, 0};     ///< over the probability to be chosen; point [W/sr], beam [W/area]
+  Vec3f intensity{0, 0, 0};     ///< point [W/sr], beam [W/area], environment [W/(area sr)]
 };
 
 /// A direction to a light, and what arrives from it where nothing is in between: the integral of
@@ -91,6 +94,9 @@ struct LightSample {
   Vec3f direction;
   float distance;  ///< [length] to the light
   Vec3f irradiance;
+  float pdf;  ///< [1/sr] of the direction, the light's chance included; 0 where no ray meets
+              ///< the light by chance
+  int group;
 };
 
 struct DirectLights {
@@ -102,11 +108,36 @@ struct DirectLights {
     int chosen = 0;
     while (chosen + 1 < count && random.a > lights[chosen].last_word) ++chosen;
     const DirectLight& light = lights[chosen];
+    const Vec3f intensity = (1.0f / light.chance) * light.intensity;
     if (light.kind == DirectLight::Kind::beam)
-      return {light.to_light, largest_float, light.intensity};
+      return {light.to_light, largest_float, intensity, 0.0f, light.group};
+    if (light.kind == DirectLight::Kind::environment) {
+      const float u = uniform_symmetric(random.b), v = uniform_symmetric(random.c);
+      return {direction_around({0, 0, 1}, 1.0f - 2.0f * u, v), largest_float,
+              (4.0f * pi) * intensity, light.chance * (0.25f / pi), light.group};
+    }
     const Vec3f way = light.position - p;
     const float square = max(dot(way, way), 1e-30f), distance = sqrt(square);
-    return {(1.0f / distance) * way, distance, (1.0f / square) * light.intensity};
+    return {(1.0f / distance) * way, distance, (1.0f / square) * intensity, 0.0f, light.group};
+  }
+
+  /// \return whether rays can meet any.
+  TYN_HD bool any_met() const {
+    for (int i = 0; i < count; ++i)
+      if (lights[i].kind == DirectLight::Kind::environment) return true;
+    return false;
+  }
+
+  /// Calls add(radiance, pdf, group) for each light that the ray from `from` meets at less than
+  /// `distance`; those beyond everything at largest_float. \param pdf see LightSample, from `from`
+  template <class Add>
+  TYN_HD void meet(Vec3f, Vec3f, float distance, Add&& add) const {
+    if (distance != largest_float) return;
+    for (int i = 0; i < count; ++i) {
+      const DirectLight& light = lights[i];
+      if (light.kind == DirectLight::Kind::environment)
+        add(light.intensity, light.chance * (0.25f / pi), light.group);
+    }
   }
 };
 

@@ -69,6 +69,13 @@ TYN_HD Scattering scatter(Vec3f weight, Vec3f albedo, const RandomStream& random
           false};
 }
 
+/// What a photon carries.
+struct Burden {
+  Vec3f weight;
+  int group;    ///< of its light
+  bool scores;  ///< whether it leaves light where it collides next
+};
+
 /// Shoots photon `index`, from its light to its one fate.
 template <class Medium, class Sampler>
 struct ShootPass {
@@ -84,21 +91,20 @@ struct ShootPass {
   TYN_HD void operator()(std::uint64_t index) const {
     const RandomStream random{seed, index, domain};
     Path path;
-    Vec3f weight;
-    bool scores;
-    if (!begin(random, path, weight, scores)) return;
+    Burden burden;
+    if (!begin(random, path, burden)) return;
     Audit audit;
     for (;;) {
       const Flight flight = sampler.fly(medium, path, random, audit);
       if (flight.end != Flight::End::collided) {
-        leave(flight, weight);
+        leave(flight, burden.weight);
         break;
       }
       const auto& component = medium.component(flight.component);
-      if (component.scatters() && scores)
-        illumination.score(path.ray.origin, path.ray.direction, weight);
-      scores = true;
-      if (!survive(flight.component, component.albedo, random, path.event, weight)) break;
+      if (component.scatters() && burden.scores)
+        illumination.score(path.ray.origin, path.ray.direction, burden.weight, burden.group);
+      burden.scores = true;
+      if (!survive(flight.component, component.albedo, random, path.event, burden.weight)) break;
       path.ray.direction = component.phase.sample(
           path.ray.direction, uniform_symmetric(path.drawn.c), uniform_symmetric(path.drawn.d));
     }
@@ -108,8 +114,7 @@ struct ShootPass {
   // What becomes of a photon, and is written down, for every driver.
 
   /// \return false where the photon misses the medium, or the matter that was to shine.
-  /// \param scores whether its first collision leaves light.
-  TYN_HD bool begin(const RandomStream& random, Path& path, Vec3f& weight, bool& scores) const {
+  TYN_HD bool begin(const RandomStream& random, Path& path, Burden& burden) const {
     const RandomBlock first = random.block(0, Purpose::emission);
     const RandomBlock aim = random.block(0, Purpose::aim);
     const Emitter& light = choose(lights, first.a);
@@ -118,14 +123,13 @@ struct ShootPass {
             ? emit_from_matter(light, medium, first, aim, random.block(0, Purpose::place))
             : emit(light, medium.whole.box, first, aim);
     path = {photon.ray, exponential(first.d), 0, {}};
-    weight = photon.weight;
-    scores = !light.is_apart;
+    burden = {photon.weight, illumination.cells.groups > 1 ? light.group : 0, !light.is_apart};
     Ledger& ledger = account->ledger;
     deposit(ledger.shot, 1);
-    deposit_weight(ledger.shot_power, weight);
-    if (largest(weight) > 0.0f && enter(medium.whole.box, path.ray)) return true;
+    deposit_weight(ledger.shot_power, burden.weight);
+    if (largest(burden.weight) > 0.0f && enter(medium.whole.box, path.ray)) return true;
     deposit(ledger.missed, 1);
-    deposit_weight(ledger.missed_power, weight);
+    deposit_weight(ledger.missed_power, burden.weight);
     return false;
   }
 
@@ -166,13 +170,13 @@ struct ShootPass {
 };
 
 /// D of cell `index`: the scattering extinction at jittered points, strata x strata x strata to a
-/// cell, and 8 times as many in a lit cell with little matter in it: where the points miss what the
+/// cell, and 8 times as many in a cell with little matter in it: where the points miss what the
 /// photons hit, N / D is a white speck.
 template <class Medium>
 struct MatterPass {
   Medium medium;
   std::uint64_t seed;
-  IlluminationTally illumination;  ///< of all photons
+  IlluminationCells cells;
   Vec3f cell_size;
   int strata;
   float scale;  ///< turns sigma_t into integers: 2^40 over a power of two not below any sigma_t
@@ -209,7 +213,7 @@ struct MatterPass {
   template <class MeasureCell>
   TYN_HD std::int64_t total(std::uint64_t index, MeasureCell&& measure) const {
     if (is_empty(index)) return 0;
-    const bool is_thin = illumination.is_lit(index) && measure(index, 2, 0u).hits < 4;
+    const bool is_thin = measure(index, 2, 0u).hits < 4;
     return is_thin ? measure(index, 2 * strata, 1u).sum : 8 * measure(index, strata, 2u).sum;
   }
 
@@ -228,7 +232,6 @@ struct MatterPass {
 
   /// \return where `share` of the edges of a cell is.
   TYN_HD Vec3f place(std::uint64_t index, Vec3f share) const {
-    const IlluminationCells& cells = illumination.cells;
     const int i = static_cast<int>(index % static_cast<std::uint64_t>(cells.nx));
     const int j = static_cast<int>(index / static_cast<std::uint64_t>(cells.nx)
                                    % static_cast<std::uint64_t>(cells.ny));
@@ -280,23 +283,30 @@ struct MatterPass {
 
 /// A camera's path: what it has gathered, what its flight is for, and how it goes on after that.
 struct Sight {
-  bool in_shadow_walk = false;
-  bool hit = false;    ///< met matter
-  int collisions = 0;  ///< with matter that scatters
-  Vec3f radiance{0, 0, 0};
+  std::uint64_t pixel = 0;
+  SampleSum sum;
+  Vec3f albedo{0, 0, 0};  ///< of what it met first
   Vec3f throughput{1, 1, 1};
-  Vec3f direct{0, 0, 0};  ///< of the light, where nothing is in between
+  int collisions = 0;     ///< with matter that scatters
+  bool hit = false;       ///< met matter
+  bool ends = false;      ///< at its next collision, of which it takes nothing
+  bool is_asked = false;  ///< the lights were, where its flight began
+  float pdf = 0;          ///< of the direction it scattered into [1/sr]
 
-  // After a shadow walk:
-  bool ends = false;
+  // A shadow walk, and what comes after it:
+  bool in_shadow_walk = false;
+  bool stops = false;     ///< nothing comes after it
+  Vec3f direct{0, 0, 0};  ///< of the light, where nothing is in between
+  int group = 0;          ///< of that light
   Ray onward{{0, 0, 0}, {0, 0, 1}};
   float tau = 0;
 };
 
 /// Gathers pixel sample `index` = sample * pixels + pixel: a path from the camera. At each of its
 /// collisions it adds what the matter emits and, by a shadow walk, what a light sends there; after
-/// `bounces` scatterings it reads the illumination grid for the rest, and ends. Without a grid and
-/// an end it is a path tracer.
+/// some scatterings it reads the illumination grid for the rest, and ends. Without a grid and an
+/// end it is a path tracer. Lights that rays meet are found both ways, by asking them and by
+/// chance, weighted by the balance heuristic [Veach1997].
 template <class Medium, class Sampler>
 struct GatherPass {
   Medium medium;
@@ -304,10 +314,9 @@ struct GatherPass {
   PinholeCamera camera;
   IlluminationField illumination;  ///< numerator: null for none
   DirectLights lights;
-  Vec3f environment;  ///< [W/(area sr)]
-  Vec3f background;   ///< [W/(area sr)] that the camera sees, the environment included
-  int bounces;
-  bool is_apart;  ///< the grid lacks light of `lights` that is scattered once
+  Vec3f background;  ///< [W/(area sr)] that the camera sees where nothing else is
+  int bounces;       ///< before the grid is read
+  bool is_apart;     ///< the grid lacks light of `lights` that is scattered once
   std::uint64_t seed;
   Film film;
   Account* account;
@@ -325,7 +334,7 @@ struct GatherPass {
       goes_on = flight.end == Flight::End::collided ? collide(sight, flight.component, random, path)
                                                     : leave(sight, flight, path);
     }
-    end(sight, index);
+    end(sight);
     deposit_audit(account->audit, audit);
   }
 
@@ -333,28 +342,32 @@ struct GatherPass {
   // `path` is its next flight.
 
   TYN_HD bool begin(Sight& sight, const RandomStream& random, Path& path) const {
-    const std::uint64_t pixel = pixel_of(random.index);
+    sight = {};
+    sight.pixel = random.index % film.pixel_count();
     const RandomBlock first = random.block(0, Purpose::emission);
-    const float column = static_cast<float>(pixel % static_cast<std::uint64_t>(film.width));
-    const float row = static_cast<float>(pixel / static_cast<std::uint64_t>(film.width));
+    const float column = static_cast<float>(sight.pixel % static_cast<std::uint64_t>(film.width));
+    const float row = static_cast<float>(sight.pixel / static_cast<std::uint64_t>(film.width));
     path = {camera.ray((column + uniform(first.a)) / static_cast<float>(film.width),
                        (row + uniform(first.b)) / static_cast<float>(film.height)),
             exponential(first.d),
             0,
             {}};
-    sight = {};
+    sight.onward = path.ray;
     if (enter(medium.whole.box, path.ray)) return true;
-    sight.radiance = background;
+    see_lights(sight, sight.onward.direction, largest_float);
+    see_background(sight);
     return false;
   }
 
   TYN_HD bool leave(Sight& sight, const Flight& flight, Path& path) const {
     if (sight.in_shadow_walk) {
-      if (flight.end == Flight::End::escaped) sight.radiance = sight.radiance + sight.direct;
+      if (flight.end == Flight::End::escaped)
+        add(sight, sight.direct, sight.collisions == 1 ? Part::single : Part::multiple,
+            sight.group);
       return resume(sight, path);
     }
-    const Vec3f behind = sight.collisions == 0 ? background : environment;
-    sight.radiance = sight.radiance + sight.throughput * behind;
+    see_lights(sight, path.ray.direction, largest_float);
+    if (sight.collisions == 0) see_background(sight);
     return false;
   }
 
@@ -363,27 +376,35 @@ struct GatherPass {
     if (sight.in_shadow_walk) return resume(sight, path);
     const auto& component = medium.component(which);
     const Vec3f p = path.ray.origin, direction = path.ray.direction;
+    if (lights.any_met()) see_lights(sight, direction, length(p - sight.onward.origin));
+    if (sight.ends) return false;
+    if (!sight.hit) sight.albedo = component.albedo;
     sight.hit = true;
     if (component.emission)
-      sight.radiance = sight.radiance + sight.throughput * component.emitted(p);
+      add(sight, sight.throughput * component.emitted(p),
+          sight.collisions == 0 ? Part::emission : Part::multiple, film.group_count - 2);
     if (!component.scatters()) return false;
-    const bool is_last = sight.collisions == bounces;
+    const bool is_last = sight.collisions >= bounces;
     const Vec3f scattered = sight.throughput * component.albedo;
     ++sight.collisions;
-    if (is_last && illumination.numerator) {
-      sight.radiance = sight.radiance
-                       + scattered * illumination.scattered(p, -1.0f * direction, component.phase);
-    }
+    if (is_last && illumination.numerator) read_grid(sight, p, direction, scattered, component);
+    const bool asks = lights.count > 0 && (is_apart || !is_last);
+    sight.throughput = scatter(sight.throughput, component.albedo, random, path.event).weight;
+    sight.ends = is_last;
+    sight.is_asked = asks;
+    sight.stops = !(largest(sight.throughput) > 0.0f) || (is_last && !(asks && lights.any_met()));
     sight.onward = {p, component.phase.sample(direction, uniform_symmetric(path.drawn.c),
                                               uniform_symmetric(path.drawn.d))};
+    sight.pdf = component.phase.pdf(dot(direction, sight.onward.direction));
     sight.tau = path.tau;
-    sight.throughput = scatter(sight.throughput, component.albedo, random, path.event).weight;
-    sight.ends = is_last || !(largest(sight.throughput) > 0.0f);
-    if (lights.count == 0 || (is_last && !is_apart)) return resume(sight, path);
+    if (!asks) return resume(sight, path);
     const RandomBlock drawn = random.block(path.event, Purpose::light);
     const LightSample light = lights.sample(p, drawn);
-    sight.direct =
-        component.phase.evaluate(dot(direction, light.direction)) * (scattered * light.irradiance);
+    const float cosine = dot(direction, light.direction);
+    const float share =
+        light.pdf > 0.0f ? light.pdf / (light.pdf + component.phase.pdf(cosine)) : 1.0f;
+    sight.direct = (share * component.phase.evaluate(cosine)) * (scattered * light.irradiance);
+    sight.group = light.group;
     sight.in_shadow_walk = true;
     path.ray.direction = light.direction;
     path.tau = exponential(drawn.d);
@@ -391,8 +412,8 @@ struct GatherPass {
     return true;
   }
 
-  TYN_HD void end(const Sight& sight, std::uint64_t index) const {
-    film.add(pixel_of(index), sight.radiance, sight.hit);
+  TYN_HD void end(const Sight& sight) const {
+    film.finish(sight.pixel, sight.sum, sight.hit, sight.albedo);
   }
 
  private:
@@ -401,10 +422,41 @@ struct GatherPass {
     path.ray = sight.onward;
     path.tau = sight.tau;
     path.reach = largest_float;
-    return !sight.ends;
+    return !sight.stops;
   }
 
-  TYN_HD std::uint64_t pixel_of(std::uint64_t index) const { return index % film.pixel_count(); }
+  TYN_HD void add(Sight& sight, Vec3f radiance, Part part, int group) const {
+    film.add(sight.pixel, radiance, part, group, sight.sum);
+  }
+
+  /// Lights on the way of a flight from `sight.onward.origin`, `distance` long.
+  TYN_HD void see_lights(Sight& sight, Vec3f direction, float distance) const {
+    if (sight.collisions > 0 && !sight.is_asked) return;  // they are in the grid
+    lights.meet(sight.onward.origin, direction, distance,
+                [&](Vec3f radiance, float pdf, int group) {
+                  const float share = sight.collisions == 0 ? 1.0f : sight.pdf / (sight.pdf + pdf);
+                  add(sight, share * (sight.throughput * radiance),
+                      sight.collisions == 0   ? Part::unscattered
+                      : sight.collisions == 1 ? Part::single
+                                              : Part::multiple,
+                      group);
+                });
+  }
+
+  TYN_HD void see_background(Sight& sight) const {
+    add(sight, background, Part::unscattered, film.group_count - 1);
+  }
+
+  template <class Component>
+  TYN_HD void read_grid(Sight& sight, Vec3f p, Vec3f direction, Vec3f scattered,
+                        const Component& component) const {
+    const IlluminationField::Spot spot = illumination.spot(p);
+    for (int group = 0; group < illumination.cells.groups; ++group) {
+      add(sight,
+          scattered * illumination.scattered_at(spot, -1.0f * direction, component.phase, group),
+          Part::multiple, group);
+    }
+  }
 };
 
 }  // namespace tyndall
