@@ -538,7 +538,8 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.cell_size = to_vec3f(extent / glm::dvec3(cx, cy, cz));
   // As many points as a 256^3 grid has cells: with a million photons their error is 0.02 of the
   // photons' in a cloud and 0.2 at a solid's edge, with 8 million three times that
-  // (tests/statistical). No fewer than 4^3 a cell, or wisps slip through between them.
+  // (tests/statistical). No fewer than 3^3 a cell, and 6^3 where there is little, or wisps slip
+  // through between them.
   out.strata = clamp(256 / std::max({cx, cy, cz}), 3, 8);
   int exponent = 0;
   std::frexp(std::max(double{out.tables.whole_total[0]}, 1e-30), &exponent);

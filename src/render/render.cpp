@@ -107,23 +107,22 @@ void close(const Ledger& ledger) {
   }
 }
 
-/// Stalled photons are bias, and too many make the picture wrong.
-void check_stalled(const Ledger& ledger, std::vector<std::string>& warnings) {
+double stalled_share(const Ledger& ledger) {
   const auto total = static_cast<double>(sum(ledger.shot_power, 3));
-  const double share = total > 0 ? static_cast<double>(sum(ledger.stalled_power, 3)) / total : 0.0;
-  if (share > 1e-3) {
-    throw Error(
-        ExitCode::internal,
-        fmt::format(
-            "{:.3g} of the power stalled in flights of more than {} super-voxels (along "
-            "periodic sides through next to no matter: add extinction or open a side) or "
-            "{} virtual particles (beside matter far denser than all else: lower its "
-            "extinction, which is opaque long before, or raise medium.majorants.resolution)",
-            share, most_crossings, most_virtual));
-  }
-  if (share > 1e-6)
-    warnings.push_back(
-        fmt::format("{:.3g} of the power stalled in endless flights: a bias", share));
+  return total > 0 ? static_cast<double>(sum(ledger.stalled_power, 3)) / total : 0.0;
+}
+
+/// Stalled photons are bias, and too many make the picture wrong.
+void refuse_stalled(const Ledger& ledger) {
+  const double share = stalled_share(ledger);
+  if (!(share > 1e-3)) return;
+  throw Error(
+      ExitCode::internal,
+      fmt::format("{:.3g} of the power stalled in flights of more than {} super-voxels (along "
+                  "periodic sides through next to no matter: add extinction or open a side) or "
+                  "{} virtual particles (beside matter far denser than all else: lower its "
+                  "extinction, which is opaque long before, or raise medium.majorants.resolution)",
+                  share, most_crossings, most_virtual));
 }
 
 /// From the components of the prepared medium, which are sorted, to the scene's.
@@ -319,9 +318,13 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
   Development film(prepared, scene.samples, replicates);
   Account shot{}, gathered{};
   for (int r = 0; r < replicates; ++r) {
+    // Its photons.
     const IndexRange part = share(photons, r, replicates);
     shoot.run(part, [&](IndexRange range) { backend.shoot(range); });
     add(shot, backend.take_account());
+    close(shot.ledger);
+    refuse_stalled(shot.ledger);
+    // Its light.
     std::vector<float> numerator;
     if (prepared.has_grid) {
       const std::vector<std::int64_t> sums = backend.take_illumination();
@@ -331,6 +334,7 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
           read_out_light(sums, count > 0 ? prepared.shot_power / static_cast<double>(count) : 0.0);
     }
     backend.illuminate(numerator, denominator);
+    // Its samples.
     const IndexRange samples = share(scene.samples, r, replicates);
     gather.run({samples.begin * pixels, samples.end * pixels},
                [&](IndexRange range) { backend.gather(range); });
@@ -342,8 +346,10 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
   result.replicates = replicates;
 
   hash_ledger(tallies, shot.ledger);
-  close(shot.ledger);
-  check_stalled(shot.ledger, result.warnings);
+  if (const double stalled = stalled_share(shot.ledger); stalled > 1e-6) {
+    result.warnings.push_back(
+        fmt::format("{:.3g} of the power stalled in endless flights: a bias", stalled));
+  }
   result.ledger = in_scene_order(shot.ledger, prepared.scene_component);
   result.shoot = shot.audit;
   result.gather = gathered.audit;

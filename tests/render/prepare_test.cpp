@@ -257,7 +257,7 @@ TEST(Prepare, matter_is_measured_at_enough_points_of_every_cell) {
   EXPECT_EQ(strata(64, 64, 64), 4);
   EXPECT_EQ(strata(16, 48, 16), 5);
   EXPECT_EQ(strata(1, 1, 1), 8);
-  EXPECT_EQ(strata(512, 1, 1), 4);
+  EXPECT_EQ(strata(512, 1, 1), 3);
 }
 
 TEST(Prepare, ray_marching_steps_are_the_finest_voxel_unless_told) {
