@@ -122,8 +122,9 @@ class CudaBackend final : public Backend {
     std::vector<Emitter> emitters = scene.emitters;
     for (Emitter& emitter : emitters) emitter.relocate(to_device);
     lights_ = {keep(emitters.data(), emitters.size()), static_cast<int>(emitters.size())};
-    direct_lights_ = {keep(scene.direct_lights.data(), scene.direct_lights.size()),
-                      static_cast<int>(scene.direct_lights.size())};
+    std::vector<DirectLight> direct = scene.direct_lights;
+    for (DirectLight& light : direct) light.sky.relocate(to_device);
+    direct_lights_ = {keep(direct.data(), direct.size()), static_cast<int>(direct.size())};
     illumination_ =
         Buffer<std::int64_t>(scene.cells.count() * static_cast<std::size_t>(scene.cells.moments()));
     matter_ = Buffer<std::int64_t>(scene.cells.count());
@@ -177,7 +178,7 @@ class CudaBackend final : public Backend {
   void gather(IndexRange samples) override {
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
       launch(GatherPass<Medium, Sampler>{medium, sampler, scene_->camera, field_, direct_lights_,
-                                         scene_->environment, scene_->background, scene_->bounces,
+                                         scene_->background, scene_->bounces,
                                          scene_->is_apart, scene_->seed,
                                          Film{scene_->film_width, scene_->film_height,
                                               scene_->film_unit, pixels_.data(), clamped_.data()},

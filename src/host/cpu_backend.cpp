@@ -86,8 +86,7 @@ class CpuBackend final : public Backend {
                              medium, sampler, scene_->camera, field_,
                              DirectLights{scene_->direct_lights.data(),
                                           static_cast<int>(scene_->direct_lights.size())},
-                             scene_->environment, scene_->background, scene_->bounces,
-                             scene_->is_apart, scene_->seed,
+                             scene_->background, scene_->bounces, scene_->is_apart, scene_->seed,
                              Film{scene_->film_width, scene_->film_height, scene_->film_unit,
                                   film_.pixels.data(), &film_.clamped},
                              nullptr});

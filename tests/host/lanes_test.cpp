@@ -51,7 +51,6 @@ Result run(const PreparedScene& scene, const Medium& medium, std::uint64_t begin
                                       {scene.cells, numerator.data(), denominator.data()},
                                       {scene.direct_lights.data(),
                                        static_cast<int>(scene.direct_lights.size())},
-                                      scene.environment,
                                       scene.background,
                                       scene.bounces,
                                       scene.is_apart,

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <functional>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -33,12 +34,12 @@ struct PreparedScene {
   AnySampler sampler;
   std::vector<Emitter> emitters;
   PinholeCamera camera;
-  std::vector<DirectLight> direct_lights;
-  Vec3f environment{0, 0, 0};  ///< [W/(area sr)] that lights the medium
-  Vec3f background{0, 0, 0};   ///< [W/(area sr)] that the camera sees, the environment included
-  bool has_grid = true;        ///< false: paths alone
-  bool is_apart = true;        ///< the grid lacks direct_lights scattered once
-  int bounces = 0;             ///< before the grid is read
+  std::vector<DirectLight> direct_lights;  ///< those that rays may meet first
+  std::vector<std::string> light_groups;   ///< names, in the order of the scene's lights
+  Vec3f background{0, 0, 0};               ///< [W/(area sr)] that the camera sees behind everything
+  bool has_grid = true;                    ///< false: paths alone
+  bool is_apart = true;                    ///< the grid lacks direct_lights scattered once
+  int bounces = 0;                         ///< before the grid is read
   int film_width = 1, film_height = 1;
   float film_unit = 1;
   IlluminationCells cells;
@@ -58,6 +59,7 @@ struct PreparedScene {
   std::vector<std::vector<std::uint8_t>> bound_tables;  ///< the same
   std::vector<Emission> emissions;                      ///< that they have; never resized
   std::vector<std::vector<std::uint32_t>> glow_tables;  ///< that emitters have
+  std::vector<std::vector<std::uint32_t>> sky_tables;   ///< that lights have
 };
 
 /// \param threads for the bounds. \param progress told the share done, by the calling thread.

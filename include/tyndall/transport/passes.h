@@ -304,8 +304,7 @@ struct GatherPass {
   PinholeCamera camera;
   IlluminationField illumination;  ///< numerator: null for none
   DirectLights lights;
-  Vec3f environment;  ///< [W/(area sr)]
-  Vec3f background;   ///< [W/(area sr)] that the camera sees, the environment included
+  Vec3f background;  ///< [W/(area sr)] that the camera sees behind everything
   int bounces;
   bool is_apart;  ///< the grid lacks light of `lights` that is scattered once
   std::uint64_t seed;
@@ -344,7 +343,7 @@ struct GatherPass {
             {}};
     sight = {};
     if (enter(medium.whole.box, path.ray)) return true;
-    sight.radiance = background;
+    sight.radiance = seen(path.ray);
     return false;
   }
 
@@ -353,8 +352,7 @@ struct GatherPass {
       if (flight.end == Flight::End::escaped) sight.radiance = sight.radiance + sight.direct;
       return resume(sight, path);
     }
-    const Vec3f behind = sight.collisions == 0 ? background : environment;
-    sight.radiance = sight.radiance + sight.throughput * behind;
+    if (sight.collisions == 0) sight.radiance = sight.radiance + sight.throughput * seen(path.ray);
     return false;
   }
 
@@ -396,6 +394,14 @@ struct GatherPass {
   }
 
  private:
+  /// Along a camera ray that meets no matter.
+  TYN_HD Vec3f seen(const Ray& ray) const {
+    Vec3f radiance = background;
+    lights.meet(ray.origin, ray.direction, largest_float,
+                [&](Vec3f light, float, int) { radiance = radiance + light; });
+    return radiance;
+  }
+
   TYN_HD static bool resume(Sight& sight, Path& path) {
     sight.in_shadow_walk = false;
     path.ray = sight.onward;
