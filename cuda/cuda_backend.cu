@@ -122,8 +122,9 @@ class CudaBackend final : public Backend {
     std::vector<Emitter> emitters = scene.emitters;
     for (Emitter& emitter : emitters) emitter.relocate(to_device);
     lights_ = {keep(emitters.data(), emitters.size()), static_cast<int>(emitters.size())};
-    direct_lights_ = {keep(scene.direct_lights.data(), scene.direct_lights.size()),
-                      static_cast<int>(scene.direct_lights.size())};
+    std::vector<DirectLight> direct = scene.direct_lights;
+    for (DirectLight& light : direct) light.sky.relocate(to_device);
+    direct_lights_ = {keep(direct.data(), direct.size()), static_cast<int>(direct.size())};
     illumination_ =
         Buffer<std::int64_t>(scene.cells.count() * static_cast<std::size_t>(scene.cells.moments()));
     matter_ = Buffer<std::int64_t>(scene.cells.count());

@@ -94,7 +94,7 @@ class Batch {
       const int l = lanes_.listed[f];
       const bool left = lanes_.state[l] == Lanes::left, stalled = lanes_.state[l] == Lanes::stalled;
       lanes_.state[l] = Lanes::idle;
-      Path path;
+      Path path{{position(l), direction(l)}, 0, 0, {}};
       const Flight flight{left ? Flight::End::escaped : Flight::End::stalled, virtual_particle,
                           lanes_.face[l]};
       if ((left || stalled) && driver().leave(l, flight, path)) set_out(l, path);

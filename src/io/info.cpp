@@ -150,7 +150,8 @@ Json mesh_info(const std::string& path) {
 constexpr const char* field_names[] = {"solid", "noise_cloud", "grid", "volume"};
 constexpr const char* phase_names[] = {"isotropic", "henyey_greenstein", "rayleigh"};
 constexpr const char* emission_names[] = {"none", "color", "blackbody"};
-constexpr const char* light_names[] = {"point", "directional", "environment"};
+constexpr const char* light_names[] = {"point", "directional", "environment",
+                                       "spot",  "rectangle",   "sphere"};
 
 Json scene_info(const std::string& path) {
   const SceneFile file = read_scene(path, {});

@@ -11,6 +11,7 @@
 
 #include "render/scene_values.h"
 #include "tyndall/base/math.h"
+#include "tyndall/render/image.h"
 #include "tyndall/render/volume.h"
 #include "tyndall/transport/illumination.h"
 #include "tyndall/transport/ledger.h"
@@ -47,6 +48,9 @@ double largest_density(const Field& field) {
 
 /// Lengths and angles are judged in double precision: what is parallel to 1e-6 is parallel.
 constexpr double parallel = 1e-6;
+
+/// [degree] across a sun's disc, in which single precision still resolves directions.
+constexpr double least_sun_angle = 0.01;
 
 class Checker {
  public:
@@ -329,16 +333,7 @@ class Checker {
   }
 
   void light(const std::string& path, const Light& light) {
-    std::visit(
-        Overloaded{[&](const PointLight& l) { point_light(path, l); },
-                   [&](const DirectionalLight& l) { directional_light(path, l); },
-                   [&](const EnvironmentLight& l) {
-                     emission(path + ".radiance", l.radiance);
-                     if (!any_open())
-                       error(path,
-                             "an environment shines in through open sides, and there are none");
-                   }},
-        light);
+    std::visit([&](const auto& l) { this->light(path, l); }, light);
   }
 
   void emission(const std::string& path, const glm::dvec3& amount) {
@@ -346,37 +341,86 @@ class Checker {
       warning(path, "this light is black");
   }
 
-  void point_light(const std::string& path, const PointLight& l) {
+  void light(const std::string& path, const PointLight& l) {
     emission(path + ".power", l.power);
-    if (!vector(path + ".position", l.position, limits::coordinate)) return;
+    if (vector(path + ".position", l.position, limits::coordinate))
+      place(path, "position", "point", l.position, glm::dvec3(0));
+  }
+
+  void light(const std::string& path, const SpotLight& l) {
+    emission(path + ".intensity", l.intensity);
+    direction(path + ".direction", l.direction);
+    number(path + ".angle", l.angle, limits::spot_angle);
+    number(path + ".edge", l.edge, limits::spot_edge);
+    if (vector(path + ".position", l.position, limits::coordinate))
+      place(path, "position", "spot", l.position, glm::dvec3(0));
+  }
+
+  void light(const std::string& path, const RectangleLight& l) {
+    emission(path + ".radiance", l.radiance);
+    const bool placed = vector(path + ".center", l.center, limits::coordinate);
+    if (!direction(path + ".edge_u", l.edge_u) || !direction(path + ".edge_v", l.edge_v)) return;
+    const double lengths = glm::length(l.edge_u) * glm::length(l.edge_v);
+    if (glm::length(glm::cross(l.edge_u, l.edge_v)) < 1e-3 * lengths)
+      return error(path + ".edge_v", "parallel to edge_u: they must span an area");
+    if (placed)
+      place(path, "center", "rectangle", l.center,
+            0.5 * (magnitudes(l.edge_u) + magnitudes(l.edge_v)));
+  }
+
+  void light(const std::string& path, const SphereLight& l) {
+    emission(path + ".radiance", l.radiance);
+    if (vector(path + ".center", l.center, limits::coordinate)
+        && number(path + ".radius", l.radius, limits::size))
+      place(path, "center", "sphere", l.center, glm::dvec3(l.radius));
+  }
+
+  /// \param half of the box about the light
+  void place(const std::string& path, const char* key, const char* kind, const glm::dvec3& center,
+             const glm::dvec3& half) {
     if (!(open(0) && open(1) && open(2))
         && (scene_.integrator == Integrator::path || scene_.bounces > 0))
-      error(path,
-            "between periodic sides a point light has images without end, which the camera's "
-            "paths cannot ask one by one: expected the integrator \"photons\" without bounces");
+      error(path, fmt::format("between periodic sides a {} light has images without end, which the "
+                              "camera's paths cannot ask one by one: expected the integrator "
+                              "\"photons\" without bounces",
+                              kind));
     bool inside = true, enters = false;
     for (int a = 0; a < 3; ++a) {
-      const bool beyond =
-          l.position[a] < scene_.medium.box_min[a] || l.position[a] > scene_.medium.box_max[a];
+      const bool beyond = center[a] + half[a] < scene_.medium.box_min[a]
+                          || center[a] - half[a] > scene_.medium.box_max[a];
       inside = inside && !beyond;
       enters = enters || (beyond && open(a));
     }
     if (!inside && !enters) {
-      error(path + ".position",
+      error(path + "." + key,
             "outside the medium, and every side that faces it is periodic: its light cannot "
             "enter; move it inside or open a side");
     }
   }
 
-  void directional_light(const std::string& path, const DirectionalLight& l) {
+  void light(const std::string& path, const DirectionalLight& l) {
     emission(path + ".irradiance", l.irradiance);
+    if (number(path + ".angle", l.angle, limits::sun_angle) && l.angle > 0
+        && l.angle < least_sun_angle)
+      error(path + ".angle", fmt::format("expected 0, for parallel light, or at least {}, got {}",
+                                         least_sun_angle, l.angle));
     if (!direction(path + ".direction", l.direction)) return;
+    if (l.angle > 0 && any_open()) return;
     const glm::dvec3 way = magnitudes(glm::normalize(l.direction));
     for (int a = 0; a < 3; ++a) {
       if (open(a) && way[a] > parallel) return;
     }
     error(path + ".direction",
           "it meets no open side of the medium: its light cannot enter; turn it or open a side");
+  }
+
+  void light(const std::string& path, const EnvironmentLight& l) {
+    if (!l.image) emission(path + ".radiance", l.radiance);
+    if (number(path + ".scale", l.scale, limits::image_scale) && l.scale == 0)
+      warning(path + ".scale", "this light is black");
+    if (l.image && l.image->largest() == 0) warning(path + ".image", "this light is black");
+    number(path + ".rotation", l.rotation, limits::angle);
+    if (!any_open()) error(path, "an environment shines in through open sides, and there are none");
   }
 
   void something_shines() {
@@ -386,7 +430,12 @@ class Checker {
       return std::visit(
           Overloaded{[](const PointLight& l) { return largest(l.power) > 0; },
                      [](const DirectionalLight& l) { return largest(l.irradiance) > 0; },
-                     [](const EnvironmentLight& l) { return largest(l.radiance) > 0; }},
+                     [](const EnvironmentLight& l) {
+                       return l.scale > 0
+                              && (l.image ? l.image->largest() > 0 : largest(l.radiance) > 0);
+                     },
+                     [](const SpotLight& l) { return largest(l.intensity) > 0; },
+                     [](const auto& l) { return largest(l.radiance) > 0; }},
           light);
     };
     if (std::any_of(scene_.lights.begin(), scene_.lights.end(), shines)) return;
@@ -524,6 +573,10 @@ std::uint64_t memory_needed(const Scene& scene) {
     if (const auto* grid = std::get_if<scene::DenseGrid>(&c.field))
       media += 2 * 4 * grid->values.size();
     if (std::get_if<scene::NoiseCloud>(&c.field)) media += 2u << 20;  // its table
+  }
+  for (const Light& light : scene.lights) {  // an image's texels, and the table of their weights
+    const auto* sky = std::get_if<EnvironmentLight>(&light);
+    if (sky && sky->image) media += (12 + 4) * sky->image->texels().size();
   }
   return film + illumination + media;
 }

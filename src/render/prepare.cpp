@@ -10,6 +10,7 @@
 #include <glm/matrix.hpp>
 
 #include "render/emission.h"
+#include "render/lights.h"
 #include "render/majorants.h"
 #include "render/scene_values.h"
 #include "tyndall/render/bounds.h"
@@ -20,11 +21,6 @@
 
 namespace tyndall {
 namespace {
-
-Vec3f to_vec3f(glm::dvec3 v) {
-  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
-}
-glm::dvec3 to_dvec3(Vec3f v) { return {v.x, v.y, v.z}; }
 
 // ---- Components
 
@@ -235,140 +231,23 @@ float largest_sigma_t(const Component<AnyField>& c) {
   return static_cast<float>(c.extinction * density_bounds(c.field, everywhere).upper);
 }
 
-// ---- Lights
+// ---- Groups
 
-/// Emitters with their powers, before they are normalised.
-struct EmitterList {
-  std::vector<Emitter> emitters;
-  std::vector<glm::dvec3> powers;  // [W]
-  std::vector<DirectLight> direct;
-  std::vector<double> direct_powers;  // [W]
-  bool is_apart = false;              ///< see Emitter
-
-  void add(Emitter emitter, glm::dvec3 power, bool asked) {
-    if (!(largest(power) > 0)) return;
-    emitter.is_apart = is_apart && asked;
-    emitters.push_back(emitter);
-    powers.push_back(power);
+/// Where lights have groups.
+void prepare_groups(PreparedScene& out) {
+  const auto named = [](const std::string& name) { return !name.empty(); };
+  if (std::none_of(out.light_groups.begin(), out.light_groups.end(), named)) return;
+  out.groups = out.light_groups;
+  std::replace(out.groups.begin(), out.groups.end(), std::string(), std::string("others"));
+  const auto last = static_cast<int>(out.groups.size());
+  bool shines = false;
+  for (Emitter& emitter : out.emitters) {
+    if (emitter.kind != Emitter::Kind::matter) continue;
+    emitter.group = last;
+    shines = true;
   }
-  void add(const DirectLight& light, double power) {
-    if (!(power > 0)) return;
-    direct.push_back(light);
-    direct_powers.push_back(power);
-  }
-};
-
-double face_area(const Box& box, Face face) {
-  const glm::dvec3 e = to_dvec3(box.extent);
-  return face / 2 == 0 ? e.y * e.z : face / 2 == 1 ? e.x * e.z : e.x * e.y;
-}
-
-bool is_open(const Box& box, Face face) {
-  return !(face / 2 == 0 ? box.periodic_x : face / 2 == 1 ? box.periodic_y : box.periodic_z);
-}
-
-void add_light(const scene::PointLight& light, glm::dvec3 box_min, const Box& box,
-               EmitterList& list, glm::dvec3& unshot) {
-  Emitter e;
-  e.kind = Emitter::Kind::point;
-  e.position = to_vec3f(light.position - box_min);
-  // The cone about the bounding sphere; all directions from within it, and where the medium has no
-  // end.
-  const glm::dvec3 center = 0.5 * to_dvec3(box.extent);
-  const glm::dvec3 to_center = center - to_dvec3(e.position);
-  const double distance = glm::length(to_center), radius = glm::length(center) * (1 + 1e-5);
-  const bool endless = box.periodic_x || box.periodic_y || box.periodic_z;
-  if (!endless && distance > radius) {
-    e.direction = to_vec3f(to_center / distance);
-    e.cone_cosine =
-        static_cast<float>(std::sqrt(1.0 - (radius / distance) * (radius / distance)) - 1e-6);
-  }
-  const double share = 0.5 * (1.0 - double{e.cone_cosine});
-  unshot += (1.0 - share) * light.power;
-  list.add(e, share * light.power, !endless);
-  if (endless) return;  // it has images without end
-  DirectLight direct;
-  direct.position = e.position;
-  direct.intensity = to_vec3f(light.power / (4 * double{pi}));
-  list.add(direct, share * largest(light.power));
-}
-
-void add_light(const scene::DirectionalLight& light, glm::dvec3, const Box& box, EmitterList& list,
-               glm::dvec3&) {
-  const glm::dvec3 direction = glm::normalize(light.direction);
-  double area = 0;
-  for (Face face = 0; face < 6; ++face) {
-    const double cosine = glm::dot(direction, to_dvec3(inward_normal(face)));
-    if (!is_open(box, face) || cosine <= 0) continue;
-    Emitter e;
-    e.kind = Emitter::Kind::beam;
-    e.direction = to_vec3f(direction);
-    e.face = face;
-    list.add(e, cosine * face_area(box, face) * light.irradiance, true);
-    area += cosine * face_area(box, face);
-  }
-  DirectLight direct;
-  direct.kind = DirectLight::Kind::beam;
-  direct.to_light = to_vec3f(-direction);
-  direct.intensity = to_vec3f(light.irradiance);
-  list.add(direct, area * largest(light.irradiance));
-}
-
-void add_light(const scene::EnvironmentLight& light, glm::dvec3, const Box& box, EmitterList& list,
-               glm::dvec3&) {
-  double area = 0;
-  for (Face face = 0; face < 6; ++face) {
-    if (!is_open(box, face)) continue;
-    Emitter e;
-    e.kind = Emitter::Kind::environment;
-    e.face = face;
-    list.add(e, double{pi} * face_area(box, face) * light.radiance, true);
-    area += face_area(box, face);
-  }
-  DirectLight direct;
-  direct.kind = DirectLight::Kind::environment;
-  direct.intensity = to_vec3f(light.radiance);
-  list.add(direct, double{pi} * area * largest(light.radiance));
-}
-
-/// Gives each of `chosen` random words in proportion to its power. \return the sum of the powers.
-template <class T>
-double share_out(const std::vector<double>& powers, std::vector<T>& chosen) {
-  const double total = std::accumulate(powers.begin(), powers.end(), 0.0);
-  double sum = 0;
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    sum += powers[i];
-    chosen[i].last_word =
-        static_cast<std::uint32_t>(std::clamp(sum / total * 4294967296.0 - 1.0, 0.0, 4294967295.0));
-  }
-  return total;
-}
-
-void prepare_lights(const Scene& scene, const Box& box, int threads, const Stop& stop,
-                    PreparedScene& out) {
-  EmitterList list;
-  list.is_apart = out.is_apart;
-  for (std::size_t c = 0; c < out.components.size(); ++c) {
-    if (!out.components[c].emission) continue;
-    Glow g = glow(out.components, c, box, out.tables, threads, stop);
-    list.add(g.emitter, glm::dvec3(g.power), false);
-    out.glow_tables.push_back(std::move(g.ends));
-  }
-  for (const scene::Light& light : scene.lights) {
-    std::visit(
-        [&](const auto& l) { add_light(l, scene.medium.box_min, box, list, out.unshot_power); },
-        light);
-  }
-  std::vector<double> powers;
-  for (const glm::dvec3& power : list.powers) powers.push_back(largest(power));
-  out.shot_power = share_out(powers, list.emitters);
-  for (std::size_t i = 0; i < list.emitters.size(); ++i)
-    list.emitters[i].weight = to_vec3f(list.powers[i] / powers[i]);
-  out.emitters = std::move(list.emitters);
-  const double direct_power = share_out(list.direct_powers, list.direct);
-  for (std::size_t i = 0; i < list.direct.size(); ++i)
-    list.direct[i].chance = static_cast<float>(list.direct_powers[i] / direct_power);
-  out.direct_lights = std::move(list.direct);
+  if (shines) out.groups.push_back("emission");
+  out.groups.push_back("background");
 }
 
 // ---- Camera and film
@@ -400,18 +279,9 @@ double brightest_source(const Component<AnyField>& c, const Box& box) {
 /// and its samples end at Film::range times it.
 float film_unit(const Scene& scene, const std::vector<Component<AnyField>>& components,
                 const Box& box) {
-  const glm::dvec3 center = 0.5 * to_dvec3(box.extent);
-  const auto radiance = Overloaded{
-      [&](const scene::PointLight& l) {
-        const double distance = glm::length(l.position - scene.medium.box_min - center);
-        const double near = std::max(distance - glm::length(center), 0.1 * glm::length(center));
-        return largest(l.power) / (4 * double{pi} * near * near);
-      },
-      [](const scene::DirectionalLight& l) { return largest(l.irradiance); },
-      [](const scene::EnvironmentLight& l) { return largest(l.radiance); }};
   double brightest = largest(scene.background);
   for (const scene::Light& light : scene.lights)
-    brightest = std::max(brightest, std::visit(radiance, light));
+    brightest = std::max(brightest, brightness(light, scene.medium.box_min, box));
   for (const Component<AnyField>& c : components) {
     if (c.emission) brightest = std::max(brightest, brightest_source(c, box));
   }
@@ -427,7 +297,8 @@ bool is_grey(Vec3f color) { return color.x == color.y && color.y == color.z; }
 int illumination_channels(const PreparedScene& scene) {
   const bool grey = std::all_of(scene.emitters.begin(), scene.emitters.end(),
                                 [](const Emitter& e) {
-                                  return e.kind != Emitter::Kind::matter && is_grey(e.weight);
+                                  return e.kind != Emitter::Kind::matter
+                                         && e.kind != Emitter::Kind::sky && is_grey(e.weight);
                                 })
                     && std::all_of(scene.components.begin(), scene.components.end(),
                                    [](const Component<AnyField>& c) { return is_grey(c.albedo); });
@@ -521,6 +392,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.bounces = out.has_grid ? scene.bounces : std::numeric_limits<int>::max();
   out.is_apart = scene.single_scattering == scene::SingleScattering::apart;
   prepare_lights(scene, box, threads, stop, out);
+  prepare_groups(out);
   prepare_camera(scene, out);
   out.background = to_vec3f(scene.background);
   out.film_unit = film_unit(scene, out.components, box);
@@ -534,7 +406,8 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
                stored_illumination_order(scene),
                box,
                to_vec3f(glm::dvec3(cx, cy, cz) / extent),
-               illumination_channels(out)};
+               illumination_channels(out),
+               std::max(static_cast<int>(out.groups.size()) - 1, 1)};
   out.cell_size = to_vec3f(extent / glm::dvec3(cx, cy, cz));
   // As many points as a 256^3 grid has cells: with a million photons their error is 0.02 of the
   // photons' in a cloud and 0.2 at a solid's edge, with 8 million three times that

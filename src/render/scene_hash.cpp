@@ -2,6 +2,7 @@
 #include <type_traits>
 
 #include "tyndall/base/hash.h"
+#include "tyndall/render/image.h"
 #include "tyndall/render/render.h"
 #include "tyndall/render/volume.h"
 
@@ -77,9 +78,28 @@ class SceneHasher {
   void add(const scene::Component& c) {
     (*this)(c.field, c.extinction, c.albedo, c.phase, c.emission, c.transform);
   }
-  void add(const scene::PointLight& l) { (*this)(l.position, l.power); }
-  void add(const scene::DirectionalLight& l) { (*this)(l.direction, l.irradiance); }
-  void add(const scene::EnvironmentLight& l) { add(l.radiance); }
+  void add(const std::string& text) {
+    add(text.size());
+    for (const char c : text) add(c);
+  }
+  void add(const scene::PointLight& l) { (*this)(l.position, l.power, l.group); }
+  void add(const scene::DirectionalLight& l) {
+    (*this)(l.direction, l.irradiance, l.angle, l.group);
+  }
+  void add(const scene::EnvironmentLight& l) {
+    if (l.image)
+      (*this)(true, l.image->hash(), l.rotation);
+    else
+      (*this)(false, l.radiance);
+    (*this)(l.scale, l.group);
+  }
+  void add(const scene::SpotLight& l) {
+    (*this)(l.position, l.direction, l.angle, l.edge, l.intensity, l.group);
+  }
+  void add(const scene::RectangleLight& l) {
+    (*this)(l.center, l.edge_u, l.edge_v, l.radiance, l.group);
+  }
+  void add(const scene::SphereLight& l) { (*this)(l.center, l.radius, l.radiance, l.group); }
 
   Hasher hasher_;
 };

@@ -6,6 +6,8 @@
 
 #include <glm/vec3.hpp>
 
+#include "tyndall/base/vec3.h"
+
 namespace tyndall {
 
 /// A visitor of a variant, made of one function per alternative.
@@ -17,5 +19,10 @@ template <class... Functions>
 Overloaded(Functions...) -> Overloaded<Functions...>;
 
 inline double largest(const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); }
+
+inline Vec3f to_vec3f(glm::dvec3 v) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
+}
+inline glm::dvec3 to_dvec3(Vec3f v) { return {v.x, v.y, v.z}; }
 
 }  // namespace tyndall

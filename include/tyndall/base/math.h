@@ -130,6 +130,26 @@ TYN_HD SinCos sin_cos_turn(float u) {
   return {(quadrant & 2) ? -sine : sine, (quadrant == 1 || quadrant == 2) ? -cosine : cosine};
 }
 
+/// The angle from (1, 0) to (x, y), in turns from 0 to 1, within 2^-24 (the polynomial of Cephes'
+/// atanf [Moshier1989]); 0 of (0, 0). The inverse of sin_cos_turn().
+TYN_HD float turn_of(float x, float y) {
+  const float across = abs(x), up = abs(y);
+  const float high = max(across, up), low = min(across, up);
+  if (!(high > 0.0f)) return 0.0f;
+  const bool steep = low > 0.414213562373095049f * high;  // tan(pi / 8)
+  const float t = steep ? (low - high) / (low + high) : low / high;
+  const float z = t * t;
+  float sum = 8.05374449538e-2f;
+  sum = sum * z - 1.38776856032e-1f;
+  sum = sum * z + 1.99777106478e-1f;
+  sum = sum * z - 3.33329491539e-1f;
+  const float angle = (sum * z * t + t) * 0.159154943091895336f;
+  float turn = steep ? 0.125f + angle : angle;
+  turn = up > across ? 0.25f - turn : turn;
+  turn = x < 0.0f ? 0.5f - turn : turn;
+  return y < 0.0f ? 1.0f - turn : turn;
+}
+
 /// Cube root of a normal positive float: a third of the exponent, then Newton's method to the last
 /// bits.
 TYN_HD float cube_root(float x) {

@@ -60,6 +60,17 @@ TYN_HD Vec3f direction_around(Vec3f axis, float cosine, float turn) {
   return normalize(to_frame_of(axis, {sine * phi.cos, sine * phi.sin, cosine}));
 }
 
+/// 1 - cosine of the angle between unit vectors, which keeps its digits where that is small.
+TYN_HD float cap_height(Vec3f a, Vec3f b) { return 0.5f * dot(a - b, a - b); }
+
+/// An even direction of the cone about `axis` whose cap on the unit sphere has this height, 1 - the
+/// cosine of its half angle; u and v in [0, 1].
+TYN_HD Vec3f direction_in_cone(Vec3f axis, float height, float u, float v) {
+  const float h = u * height, sine = sqrt(max(0.0f, h * (2.0f - h)));
+  const SinCos phi = sin_cos_turn(v);
+  return normalize(to_frame_of(axis, {sine * phi.cos, sine * phi.sin, 1.0f - h}));
+}
+
 /// p -> A p + b, the rows of A beside b.
 struct Affine {
   Vec3f row_x{1, 0, 0}, row_y{0, 1, 0}, row_z{0, 0, 1};

@@ -67,7 +67,11 @@ inline constexpr Range remap{"a number", -1e12, 1e12};     // scale and offset o
 inline constexpr Range gamma{"a number", 0.01, 100};
 inline constexpr Range albedo{"a number", 0, 1};
 inline constexpr Range g{"a number", -0.999, 0.999};
-inline constexpr Range light{"a number", 0, 1e18};  // of power, irradiance and radiance
+inline constexpr Range light{"a number", 0, 1e18};        // of power, irradiance and radiance
+inline constexpr Range spot_angle{"degrees", 0.01, 360};  // of the whole cone
+inline constexpr Range spot_edge{"a number", 0, 1};       // share of the half angle
+inline constexpr Range sun_angle{"degrees", 0, 170};      // 0: parallel
+inline constexpr Range image_scale{"a number", 0, 1e6};
 inline constexpr Range fov{"degrees", 0, 180, true};
 inline constexpr Range angle{"a number of degrees", -1e6, 1e6};
 inline constexpr Range factor{"a number", -1e9, 1e9};  // of scales and matrices

@@ -34,9 +34,10 @@ struct PreparedScene {
   AnySampler sampler;
   std::vector<Emitter> emitters;
   PinholeCamera camera;
-  std::vector<DirectLight> direct_lights;
-  Vec3f background{0, 0, 0};        ///< [W/(area sr)] that the camera sees where nothing else is
-  std::vector<std::string> groups;  ///< whose light is kept apart: of lights, then that of matter
+  std::vector<DirectLight> direct_lights;  ///< those that rays may meet first
+  std::vector<std::string> light_groups;   ///< names, in the order of the scene's lights
+  Vec3f background{0, 0, 0};               ///< [W/(area sr)] that the camera sees behind everything
+  std::vector<std::string> groups;  ///< whose light is kept apart: light_groups, that of matter
                                     ///< that shines, if any, and the background's; or none
   bool has_grid = true;             ///< false: paths alone
   bool is_apart = true;             ///< the grid lacks direct_lights scattered once
@@ -64,6 +65,7 @@ struct PreparedScene {
   std::vector<std::vector<std::uint8_t>> bound_tables;  ///< the same
   std::vector<Emission> emissions;                      ///< that they have; never resized
   std::vector<std::vector<std::uint32_t>> glow_tables;  ///< that emitters have
+  std::vector<std::vector<std::uint32_t>> sky_tables;   ///< that lights have
 };
 
 /// \param threads for the bounds. \param progress told the share done, by the calling thread.

@@ -1,6 +1,7 @@
 /// \file
-/// Where photons come from. All lights are flattened into emitters, chosen in proportion to their
-/// power, so that each photon carries the same power times a colour whose largest channel is 1.
+/// Where photons come from, and what matter sees of it. All lights are flattened into emitters,
+/// chosen in proportion to their power, so that each photon carries the same power times a colour
+/// whose largest channel is 1 at most. Area lights emit and are seen, but block nothing.
 #pragma once
 
 #include "tyndall/medium/medium.h"
@@ -8,6 +9,20 @@
 #include "tyndall/transport/walk.h"
 
 namespace tyndall {
+
+/// \return the first of `count` ascending `ends` that is above word / 2^32 of the last one.
+TYN_HD int choose(const std::uint32_t* ends, int count, std::uint32_t word) {
+  const auto at = static_cast<std::uint32_t>(std::uint64_t{word} * ends[count - 1] >> 32);
+  int first = 0, last = count - 1;
+  while (first < last) {
+    const int middle = first + (last - first) / 2;
+    if (ends[middle] > at)
+      last = middle;
+    else
+      first = middle + 1;
+  }
+  return first;
+}
 
 /// Where the matter of a component may shine: a box of cells, each with an integer weight in
 /// proportion to a bound of what it emits, by which it is chosen.
@@ -19,19 +34,7 @@ struct GlowCells {
 
   TYN_HD int count() const { return nx * ny * nz; }
 
-  TYN_HD int choose(std::uint32_t word) const {
-    const std::uint64_t sum = ends[count() - 1];
-    const auto at = static_cast<std::uint32_t>(word * sum >> 32);
-    int first = 0, last = count() - 1;  // the first cell that ends above
-    while (first < last) {
-      const int middle = (first + last) / 2;
-      if (ends[middle] > at)
-        last = middle;
-      else
-        first = middle + 1;
-    }
-    return first;
-  }
+  TYN_HD int choose(std::uint32_t word) const { return tyndall::choose(ends, count(), word); }
   TYN_HD float bound(int cell) const {
     return unit * static_cast<float>(ends[cell] - (cell > 0 ? ends[cell - 1] : 0u));
   }
@@ -43,14 +46,168 @@ struct GlowCells {
   }
 };
 
+// ---- Shapes of lights
+
+/// How a spot fades from the middle of its cone to the edge: a cubic of the cosine.
+struct SpotCone {
+  float height = 2;     ///< of the cone's cap: 1 - cosine of the half angle
+  float sharpness = 0;  ///< over the height of the part that fades
+
+  TYN_HD float falloff(Vec3f axis, Vec3f direction) const {
+    const float x = clamp((height - cap_height(axis, direction)) * sharpness, 0.0f, 1.0f);
+    return x * x * (3.0f - 2.0f * x);
+  }
+};
+
+/// A parallelogram that shines on the side of its normal.
+struct Parallelogram {
+  Vec3f center{0, 0, 0};
+  Vec3f edge_u{1, 0, 0}, edge_v{0, 1, 0};  ///< from end to end
+  Vec3f dual_u{1, 0, 0}, dual_v{0, 1, 0};  ///< in its plane: along an edge 1, along the other 0
+  Vec3f normal{0, 0, 1};
+  float area = 1;
+
+  /// u, v in [0, 1]
+  TYN_HD Vec3f point(float u, float v) const {
+    return center + (u - 0.5f) * edge_u + (v - 0.5f) * edge_v;
+  }
+  /// \return how far along the unit `direction` the bright side is met, 0 for never.
+  TYN_HD float meet(Vec3f from, Vec3f direction) const {
+    const float cosine = -dot(normal, direction);
+    const Vec3f way = center - from;
+    const float distance = -dot(normal, way) / cosine;
+    if (!(cosine > 0.0f && distance > 0.0f)) return 0.0f;
+    const Vec3f at = distance * direction - way;
+    return abs(dot(at, dual_u)) <= 0.5f && abs(dot(at, dual_v)) <= 0.5f ? distance : 0.0f;
+  }
+};
+
+/// Radiance from all around, by an image in longitude and latitude. Its rows go from +y to -y; of
+/// its columns, seen from within with +y up, the middle one is at +z, and that a quarter to the
+/// left of it at +x, unless the image is turned. Radiance is linear between the middles of texels,
+/// around the ends of a row, too, and constant beyond the first and the last row's middles.
+///
+/// Directions are drawn by a table of integer weights: a texel, and a place about its middle by the
+/// tent that the interpolation gives it, so that the density is the interpolation of the weights.
+/// A weight is no less than the texel's largest channel times the largest sine of the polar angle
+/// that its tent reaches, in units of `unit`, so that radiance never exceeds what the density
+/// stands for.
+struct SkyImage {
+  const Vec3f* texels = nullptr;        ///< [width height], from the top left
+  const std::uint32_t* ends = nullptr;  ///< [width height] sums of the weights up to a texel
+  int width = 0, height = 0;
+  float shift = 0.5f;    ///< [turn] column at +z
+  float unit = 0;        ///< radiance times sine at weight 1
+  float irradiance = 0;  ///< integral of the bound of the radiance over all directions [W/area]
+
+  struct Place {
+    float u, v;  ///< in [0, 1]: longitude and polar angle over the width and height
+    float sine;  ///< of the polar angle
+  };
+  struct Sample {
+    Vec3f direction;
+    Vec3f share;  ///< radiance over the bound, times `irradiance` it is that over the density
+    float pdf;    ///< [1/sr]
+  };
+
+  TYN_HD int count() const { return width * height; }
+
+  TYN_HD Sample sample(std::uint32_t texel, std::uint32_t offset) const {
+    const int chosen = choose(ends, count(), texel);
+    const float x =
+        static_cast<float>(chosen % width) + 0.5f + tent(static_cast<float>(offset >> 16));
+    float y =
+        static_cast<float>(chosen / width) + 0.5f + tent(static_cast<float>(offset & 0xffffu));
+    const float rows = static_cast<float>(height);
+    y = y < 0.0f ? -y : y > rows ? 2.0f * rows - y : y;
+    const float u = fraction(x / static_cast<float>(width)), v = clamp(y / rows, 0.0f, 1.0f);
+    const SinCos polar = sin_cos_turn(0.5f * v), azimuth = sin_cos_turn(fraction(shift - u));
+    const Place place{u, v, polar.sin};
+    const float weight = weight_at(place);
+    return {{polar.sin * azimuth.sin, polar.cos, polar.sin * azimuth.cos},
+            (polar.sin / (unit * weight)) * radiance(place),
+            pdf(place, weight)};
+  }
+
+  TYN_HD Place place_of(Vec3f direction) const {
+    const float sine = sqrt(direction.x * direction.x + direction.z * direction.z);
+    return {fraction(shift - turn_of(direction.z, direction.x)),
+            min(2.0f * turn_of(direction.y, sine), 1.0f), sine};
+  }
+
+  TYN_HD Vec3f radiance(Place place) const {
+    const Square s = square(place);
+    const auto row = [&](int j) {
+      return (1.0f - s.x) * texels[j * width + s.i0] + s.x * texels[j * width + s.i1];
+    };
+    return (1.0f - s.y) * row(s.j0) + s.y * row(s.j1);
+  }
+
+  TYN_HD float pdf(Place place) const { return pdf(place, weight_at(place)); }
+
+  /// See DenseGrid::relocate.
+  template <class Copy>
+  void relocate(Copy&& copy) {
+    if (!texels) return;
+    texels = copy(texels, static_cast<std::size_t>(count()));
+    ends = copy(ends, static_cast<std::size_t>(count()));
+  }
+
+ private:
+  /// The four texels about a place, and the place between them.
+  struct Square {
+    int i0, i1, j0, j1;
+    float x, y;
+  };
+  TYN_HD Square square(Place place) const {
+    const float x = place.u * static_cast<float>(width) - 0.5f,
+                y = place.v * static_cast<float>(height) - 0.5f;
+    const int i = floor_to_int(x), j = floor_to_int(y);
+    return {i < 0 ? width - 1 : clamp(i, 0, width - 1),
+            i + 1 < width ? i + 1 : 0,
+            clamp(j, 0, height - 1),
+            clamp(j + 1, 0, height - 1),
+            x - static_cast<float>(i),
+            y - static_cast<float>(j)};
+  }
+
+  TYN_HD float weight(int texel) const {
+    return static_cast<float>(ends[texel] - (texel > 0 ? ends[texel - 1] : 0u));
+  }
+  TYN_HD float weight_at(Place place) const {
+    const Square s = square(place);
+    const auto row = [&](int j) {
+      return (1.0f - s.x) * weight(j * width + s.i0) + s.x * weight(j * width + s.i1);
+    };
+    return (1.0f - s.y) * row(s.j0) + s.y * row(s.j1);
+  }
+  TYN_HD float pdf(Place place, float weight) const {
+    return unit * weight / (irradiance * max(place.sine, 1e-9f));
+  }
+
+  /// In (-1, 1), of one of 2^16 even steps.
+  TYN_HD static float tent(float step) {
+    const float s = (step + 0.5f) * (1.0f / 32768.0f);  // in (0, 2)
+    return s < 1.0f ? sqrt(s) - 1.0f : 1.0f - sqrt(2.0f - s);
+  }
+  TYN_HD static float fraction(float x) { return x - floor(x); }
+};
+
+// ---- Photons
+
 struct Emitter {
   enum class Kind {
-    point,        ///< from `position` evenly into the cone about `direction`
-    disc,         ///< from `position` through an even point of the disc that `direction` ends in
-    beam,         ///< parallel light along `direction`, evenly over the face of the box
-    environment,  ///< cosine-distributed inwards, evenly over the face of the box: constant
-                  ///< radiance outside
-    matter,       ///< of a component that shines, evenly in all directions
+    point,          ///< from `position` evenly into the cone about `direction`
+    spot,           ///< the same, fading about `axis`
+    disc,           ///< from `position` through an even point of the disc that `direction` ends in
+    beam,           ///< parallel light along `direction`, evenly over the face of the box
+    sun,            ///< an even direction of the cone, evenly over the faces of the box
+    environment,    ///< cosine-distributed inwards, evenly over the face of the box: constant
+                    ///< radiance outside
+    sky,            ///< directions of an image, evenly over the faces of the box
+    parallelogram,  ///< into the cone, or cosine-distributed about its normal
+    sphere,         ///< about `position`: into the cone from its surface
+    matter,         ///< of a component that shines, evenly in all directions
   };
 
   Kind kind = Kind::point;
@@ -59,91 +216,231 @@ struct Emitter {
   Vec3f weight{1, 1, 1};  ///< colour of its photons, largest channel 1
   Vec3f position{0, 0, 0};
   Vec3f direction{0, 0, 1};
-  float cone_cosine = -1;  ///< point: the cone that holds the medium
-  float radius = 0;        ///< disc, across `direction`
-  Face face = 0;           ///< beam, environment
-  int component = 0;       ///< matter: whose, of the prepared medium
-  int group = 0;           ///< of PreparedScene::groups
-  bool is_apart = false;   ///< its photons leave no light where they collide first: the gather asks
-                           ///< the light itself
-  GlowCells cells;         ///< matter
+  float cone_height = 2;  ///< 1 - cosine of the half angle: the cone that holds the medium, or the
+                          ///< spot, or the sun; 2 for all directions
+  float radius = 0;       ///< disc, across `direction`; sphere
+  Face face = 0;          ///< beam, environment
+  float bound = 0;      ///< parallelogram: of the cosine in the cone, 0: no cone; sun, sky: of the
+                        ///< area that the open faces show to a direction
+  Vec3f axis{0, 0, 1};  ///< spot
+  SpotCone spot;
+  Parallelogram parallelogram;
+  SkyImage sky;
+  int component = 0;      ///< matter: whose, of the prepared medium
+  bool is_apart = false;  ///< its photons leave no light where they collide first: the gather asks
+                          ///< the light itself
+  int group = -1;         ///< of PreparedScene::light_groups; -1: matter
+  GlowCells cells;        ///< matter
 
   /// See DenseGrid::relocate.
   template <class Copy>
   void relocate(Copy&& copy) {
     if (cells.ends) cells.ends = copy(cells.ends, static_cast<std::size_t>(cells.count()));
-  }
-};
-
-/// A light as matter sees it.
-struct DirectLight {
-  enum class Kind { point, beam, environment };
-
-  Kind kind = Kind::point;
-  std::uint32_t last_word = 0;  ///< as an Emitter's
-  float chance = 1;             ///< to be chosen
-  int group = 0;                ///< of PreparedScene::groups
-  Vec3f position{0, 0, 0};      ///< point
-  Vec3f to_light{0, 0, 1};      ///< beam: against the way it travels
-  Vec3f intensity{0, 0, 0};     ///< point [W/sr], beam [W/area], environment [W/(area sr)]
-};
-
-/// A direction to a light, and what arrives from it where nothing is in between: the integral of
-/// radiance over the light's solid angle, over the probability density of the sample [W/area].
-struct LightSample {
-  Vec3f direction;
-  float distance;  ///< [length] to the light
-  Vec3f irradiance;
-  float pdf;  ///< [1/sr] of the direction, the light's chance included; 0 where no ray meets
-              ///< the light by chance
-  int group;
-};
-
-struct DirectLights {
-  const DirectLight* lights = nullptr;
-  int count = 0;
-
-  /// \return one of the lights, as seen from `p`.
-  TYN_HD LightSample sample(Vec3f p, RandomBlock random) const {
-    int chosen = 0;
-    while (chosen + 1 < count && random.a > lights[chosen].last_word) ++chosen;
-    const DirectLight& light = lights[chosen];
-    const Vec3f intensity = (1.0f / light.chance) * light.intensity;
-    if (light.kind == DirectLight::Kind::beam)
-      return {light.to_light, largest_float, intensity, 0.0f, light.group};
-    if (light.kind == DirectLight::Kind::environment) {
-      const float u = uniform_symmetric(random.b), v = uniform_symmetric(random.c);
-      return {direction_around({0, 0, 1}, 1.0f - 2.0f * u, v), largest_float,
-              (4.0f * pi) * intensity, light.chance * (0.25f / pi), light.group};
-    }
-    const Vec3f way = light.position - p;
-    const float square = max(dot(way, way), 1e-30f), distance = sqrt(square);
-    return {(1.0f / distance) * way, distance, (1.0f / square) * intensity, 0.0f, light.group};
-  }
-
-  /// \return whether rays can meet any.
-  TYN_HD bool any_met() const {
-    for (int i = 0; i < count; ++i)
-      if (lights[i].kind == DirectLight::Kind::environment) return true;
-    return false;
-  }
-
-  /// Calls add(radiance, pdf, group) for each light that the ray from `from` meets at less than
-  /// `distance`; those beyond everything at largest_float. \param pdf see LightSample, from `from`
-  template <class Add>
-  TYN_HD void meet(Vec3f, Vec3f, float distance, Add&& add) const {
-    if (distance != largest_float) return;
-    for (int i = 0; i < count; ++i) {
-      const DirectLight& light = lights[i];
-      if (light.kind == DirectLight::Kind::environment)
-        add(light.intensity, light.chance * (0.25f / pi), light.group);
-    }
+    sky.relocate(copy);
   }
 };
 
 struct Lights {
   const Emitter* emitters = nullptr;
   int count = 0;
+};
+
+// ---- Lights as matter sees them
+
+/// A direction to a light, and what arrives from it where nothing is in between.
+struct LightSample {
+  Vec3f direction;   ///< to the light, unit
+  float distance;    ///< [length] to the light; largest_float: beyond everything
+  Vec3f irradiance;  ///< [W/area] radiance over the density of `direction` (for point, spot and
+                     ///< parallel lights, all there is), over the chance to choose this light
+  float pdf;         ///< [1/sr] of `direction`, the chance of the light included; 0 where no ray
+                     ///< meets the light by chance: point, spot, parallel
+  int group;         ///< of PreparedScene::light_groups
+};
+
+/// A light as matter sees it.
+struct DirectLight {
+  enum class Kind { point, spot, beam, sun, environment, sky, parallelogram, sphere };
+
+  Kind kind = Kind::point;
+  std::uint32_t last_word = 0;  ///< as an Emitter's
+  float chance = 1;             ///< to be chosen
+  int group = 0;
+  Vec3f amount{0, 0, 0};  ///< point, spot: intensity [W/sr]; beam: [W/area]; radiance [W/(area sr)]
+                          ///< of the others, of which the image is a multiple
+  Vec3f position{0, 0, 0};   ///< point, spot, sphere
+  Vec3f direction{0, 0, 1};  ///< spot: its axis; beam, sun: to the light
+  float radius = 0;          ///< sphere
+  float cone_height = 0;     ///< sun
+  SpotCone spot;
+  Parallelogram parallelogram;
+  SkyImage sky;
+
+  static constexpr float highest_pdf = 1e18f;  ///< whose square is a number
+
+  /// Whether rays meet it by chance.
+  TYN_HD bool is_met() const {
+    return kind != Kind::point && kind != Kind::spot && kind != Kind::beam;
+  }
+  /// Whether it is beyond everything.
+  TYN_HD bool is_distant() const {
+    return kind == Kind::beam || kind == Kind::sun || kind == Kind::environment
+           || kind == Kind::sky;
+  }
+
+  /// As if it were the only light.
+  TYN_HD LightSample sample(Vec3f p, RandomBlock random) const {
+    LightSample out{direction, largest_float, {0, 0, 0}, 0.0f, group};
+    const float u = uniform_symmetric(random.b), v = uniform_symmetric(random.c);
+    switch (kind) {
+      case Kind::point:
+      case Kind::spot: {
+        const Vec3f way = position - p;
+        const float square = max(dot(way, way), 1e-30f);
+        out.distance = sqrt(square);
+        out.direction = (1.0f / out.distance) * way;
+        out.irradiance = (1.0f / square) * amount;
+        if (kind == Kind::spot)
+          out.irradiance = spot.falloff(direction, -1.0f * out.direction) * out.irradiance;
+        break;
+      }
+      case Kind::beam:
+        out.irradiance = amount;
+        break;
+      case Kind::sun:
+        out.direction = direction_in_cone(direction, cone_height, u, v);
+        out.pdf = cone_pdf(cone_height);
+        out.irradiance = (2.0f * pi * cone_height) * amount;
+        break;
+      case Kind::environment:
+        out.direction = direction_in_cone({0, 0, 1}, 2.0f, u, v);
+        out.pdf = cone_pdf(2.0f);
+        out.irradiance = (4.0f * pi) * amount;
+        break;
+      case Kind::sky: {
+        const SkyImage::Sample s = sky.sample(random.b, random.c);
+        out.direction = s.direction;
+        out.pdf = min(s.pdf, highest_pdf);
+        out.irradiance = sky.irradiance * (s.share * amount);
+        break;
+      }
+      case Kind::parallelogram: {
+        const Vec3f way = parallelogram.point(u, v) - p;
+        const float square = max(dot(way, way), 1e-30f);
+        out.distance = sqrt(square);
+        out.direction = (1.0f / out.distance) * way;
+        const float cosine = -dot(parallelogram.normal, out.direction);
+        if (!(cosine > 0.0f)) break;
+        out.pdf = parallelogram_pdf(out.distance, cosine);
+        out.irradiance = (cosine * (parallelogram.area / square)) * amount;
+        break;
+      }
+      case Kind::sphere: {
+        const float height = cap_of_sphere(p);
+        if (!(height > 0.0f)) break;
+        const Vec3f way = position - p;
+        out.direction = direction_in_cone(normalize(way), height, u, v);
+        out.distance = distance_to_sphere(way, out.direction);
+        out.pdf = cone_pdf(height);
+        out.irradiance = (2.0f * pi * height) * amount;
+        break;
+      }
+    }
+    return out;
+  }
+
+  /// The same of all that a ray meets. Calls add(radiance, pdf) or not.
+  template <class Add>
+  TYN_HD void meet(Vec3f from, Vec3f along, float distance, Add&& add) const {
+    if (is_distant() && distance != largest_float) return;
+    switch (kind) {
+      case Kind::point:
+      case Kind::spot:
+      case Kind::beam:
+        break;
+      case Kind::sun:
+        if (cap_height(direction, along) <= cone_height) add(amount, cone_pdf(cone_height));
+        break;
+      case Kind::environment:
+        add(amount, cone_pdf(2.0f));
+        break;
+      case Kind::sky: {
+        const SkyImage::Place place = sky.place_of(along);
+        add(amount * sky.radiance(place), min(sky.pdf(place), highest_pdf));
+        break;
+      }
+      case Kind::parallelogram: {
+        const float at = parallelogram.meet(from, along);
+        if (at > 0.0f && at < distance)
+          add(amount, parallelogram_pdf(at, -dot(parallelogram.normal, along)));
+        break;
+      }
+      case Kind::sphere: {
+        const float height = cap_of_sphere(from);
+        if (!(height > 0.0f)) break;
+        const Vec3f way = position - from;
+        const float middle = dot(way, along);
+        const Vec3f aside = way - middle * along;
+        if (middle > 0.0f && dot(aside, aside) <= radius * radius
+            && distance_to_sphere(way, along) < distance)
+          add(amount, cone_pdf(height));
+        break;
+      }
+    }
+  }
+
+ private:
+  TYN_HD static float cone_pdf(float height) {
+    return min(1.0f / (2.0f * pi * height), highest_pdf);
+  }
+  TYN_HD float parallelogram_pdf(float distance, float cosine) const {
+    return min(distance / parallelogram.area * (distance / cosine), highest_pdf);
+  }
+  /// The height of the cap of directions in which `p` sees the sphere; 0 from within.
+  TYN_HD float cap_of_sphere(Vec3f p) const {
+    const Vec3f way = position - p;
+    const float square = radius * radius / max(dot(way, way), 1e-30f);  // of the half angle's sine
+    return square < 1.0f ? square / (1.0f + sqrt(1.0f - square)) : 0.0f;
+  }
+  TYN_HD float distance_to_sphere(Vec3f way, Vec3f along) const {
+    const float middle = dot(way, along);
+    const Vec3f aside = way - middle * along;
+    return max(middle - sqrt(max(radius * radius - dot(aside, aside), 0.0f)), 0.0f);
+  }
+};
+
+/// Those that rays may meet come first.
+struct DirectLights {
+  const DirectLight* lights = nullptr;
+  int count = 0;
+
+  /// One of the lights, as seen from `p`. \param random a: choice of the light, b and c: point of
+  /// it
+  TYN_HD LightSample sample(Vec3f p, RandomBlock random) const {
+    int chosen = 0;
+    while (chosen + 1 < count && random.a > lights[chosen].last_word) ++chosen;
+    const DirectLight& light = lights[chosen];
+    LightSample out = light.sample(p, random);
+    out.irradiance = (1.0f / light.chance) * out.irradiance;
+    out.pdf = light.chance * out.pdf;
+    return out;
+  }
+
+  /// Whether rays can meet any: area lights, suns with an angle, environments.
+  TYN_HD bool any_met() const { return count > 0 && lights[0].is_met(); }
+
+  /// Calls add(radiance, pdf, group) for each light that the ray meets at less than `distance`;
+  /// environments and suns where that is largest_float. \param direction unit \param add pdf as in
+  /// LightSample, as seen from `from`
+  template <class Add>
+  TYN_HD void meet(Vec3f from, Vec3f direction, float distance, Add&& add) const {
+    for (int i = 0; i < count && lights[i].is_met(); ++i) {
+      const DirectLight& light = lights[i];
+      light.meet(from, direction, distance, [&](Vec3f radiance, float pdf) {
+        add(radiance, light.chance * pdf, light.group);
+      });
+    }
+  }
 };
 
 /// \return the point of `face` at (u, v) in [0, 1]^2.
@@ -171,30 +468,95 @@ TYN_HD const Emitter& choose(const Lights& lights, std::uint32_t word) {
   return lights.emitters[chosen];
 }
 
-/// Event 0 of a photon. \param first block (0, emission); `aim` block (0, aim) of its stream. Not
-/// for matter, which emit_from_matter() asks.
+/// The area that the open faces of the box show to parallel light, one axis each.
+TYN_HD Vec3f lit_areas(const Box& box, Vec3f direction) {
+  const Vec3f e = box.extent;
+  return {box.periodic_x ? 0.0f : e.y * e.z * abs(direction.x),
+          box.periodic_y ? 0.0f : e.x * e.z * abs(direction.y),
+          box.periodic_z ? 0.0f : e.x * e.y * abs(direction.z)};
+}
+
+/// A point of the open faces that parallel light falls on, evenly as the light sees them.
+/// \param areas lit_areas(), not all 0; u, v, w in [0, 1]
+TYN_HD Vec3f lit_point(const Box& box, Vec3f direction, Vec3f areas, float u, float v, float w) {
+  const float at = w * (areas.x + areas.y + areas.z);
+  if (at < areas.x) return point_on_face(box, direction.x < 0.0f ? 1 : 0, u, v);
+  if (areas.y > 0.0f && (at < areas.x + areas.y || !(areas.z > 0.0f)))
+    return point_on_face(box, direction.y < 0.0f ? 3 : 2, u, v);
+  return point_on_face(box, direction.z < 0.0f ? 5 : 4, u, v);
+}
+
+/// Event 0 of a photon; of weight 0 where a test against a bound fails, which shines nowhere.
+/// \param first block (0, emission); `aim` block (0, aim) of its stream. Not for matter, which
+/// emit_from_matter() asks.
 TYN_HD Photon emit(const Emitter& light, const Box& box, RandomBlock first, RandomBlock aim) {
   Photon photon{{light.position, light.direction}, light.weight};
   const float u = uniform_symmetric(aim.a), v = uniform_symmetric(aim.b);
+  Vec3f& direction = photon.ray.direction;
+  const auto require = [&](float value) {
+    TYN_EXPECT(value <= light.bound);
+    if (!(uniform(aim.d) * light.bound < value)) photon.weight = {0, 0, 0};
+  };
+  const auto fall_on_faces = [&] {
+    const Vec3f areas = lit_areas(box, direction);
+    require(areas.x + areas.y + areas.z);
+    photon.ray.origin =
+        lit_point(box, direction, areas, uniform(first.b), uniform(first.c), uniform(aim.c));
+  };
   switch (light.kind) {
     case Emitter::Kind::point:
-      photon.ray.direction =
-          direction_around(light.direction, 1.0f - u * (1.0f - light.cone_cosine), v);
+      direction = direction_in_cone(light.direction, light.cone_height, u, v);
+      break;
+    case Emitter::Kind::spot:
+      direction = direction_in_cone(light.direction, light.cone_height, u, v);
+      require(light.spot.falloff(light.axis, direction));
       break;
     case Emitter::Kind::disc: {
       const SinCos turn = sin_cos_turn(v);
       const float r = light.radius * sqrt(u);
       const Vec3f across = to_frame_of(normalize(light.direction), {r * turn.cos, r * turn.sin, 0});
-      photon.ray.direction = normalize(light.direction + across);
+      direction = normalize(light.direction + across);
       break;
     }
     case Emitter::Kind::beam:
       photon.ray.origin = point_on_face(box, light.face, uniform(first.b), uniform(first.c));
       break;
+    case Emitter::Kind::sun:
+      direction = direction_in_cone(light.direction, light.cone_height, u, v);
+      fall_on_faces();
+      break;
     case Emitter::Kind::environment:
       photon.ray.origin = point_on_face(box, light.face, uniform(first.b), uniform(first.c));
-      photon.ray.direction = direction_around(inward_normal(light.face), sqrt(u), v);
+      direction = direction_around(inward_normal(light.face), sqrt(u), v);
       break;
+    case Emitter::Kind::sky: {
+      const SkyImage::Sample sample = light.sky.sample(aim.a, aim.b);
+      direction = -1.0f * sample.direction;
+      photon.weight = {light.weight.x * min(sample.share.x, 1.0f),
+                       light.weight.y * min(sample.share.y, 1.0f),
+                       light.weight.z * min(sample.share.z, 1.0f)};
+      fall_on_faces();
+      break;
+    }
+    case Emitter::Kind::parallelogram:
+      photon.ray.origin = light.parallelogram.point(uniform(first.b), uniform(first.c));
+      if (light.bound > 0.0f) {
+        direction = direction_in_cone(light.direction, light.cone_height, u, v);
+        require(dot(direction, light.parallelogram.normal));
+      } else {
+        direction = direction_around(light.parallelogram.normal, sqrt(u), v);
+      }
+      break;
+    case Emitter::Kind::sphere: {
+      // The sphere shows a disc to each direction, as bright as to any other.
+      direction = direction_in_cone(light.direction, light.cone_height, u, v);
+      const SinCos turn = sin_cos_turn(uniform(first.c));
+      const float square = uniform(first.b), r = light.radius * sqrt(square);
+      photon.ray.origin = light.position
+                          + to_frame_of(direction, {r * turn.cos, r * turn.sin,
+                                                    light.radius * sqrt(1.0f - square)});
+      break;
+    }
     case Emitter::Kind::matter:
       break;
   }

@@ -1,0 +1,19 @@
+/// \file
+/// What the powers of lights are to their intensities and radiances.
+#pragma once
+
+#include "tyndall/render/scene.h"
+
+namespace tyndall {
+
+/// 1 - cosine of an angle in [0, 180], in degrees.
+double cap_height(double degrees);
+
+/// [sr] The power of a spot over its intensity.
+double solid_angle(const scene::SpotLight& light);
+
+/// [area sr] The power over the radiance.
+double etendue(const scene::RectangleLight& light);
+double etendue(const scene::SphereLight& light);
+
+}  // namespace tyndall
