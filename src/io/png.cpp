@@ -1,35 +1,18 @@
 #include "io/png.h"
 
-#include <dlfcn.h>
-
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <filesystem>
-#include <system_error>
 #include <vector>
 
 #include <fmt/format.h>
 
-#include "io/plugin/oiio_png.h"
+#include "io/oiio_module.h"
+#include "io/plugin/oiio.h"
 #include "tyndall/render/error.h"
 
 namespace tyndall::io {
 namespace {
-
-namespace fs = std::filesystem;
-
-constexpr const char* module_name = "tyndall_oiio.so";
-
-/// Beside the executable (a build), or where an installation puts it, seen from there.
-std::vector<fs::path> module_places() {
-  const fs::path bin = fs::read_symlink("/proc/self/exe").parent_path();
-  std::vector<fs::path> places{bin / module_name};
-#ifdef TYNDALL_PLUGIN_DIR
-  places.push_back((bin / TYNDALL_PLUGIN_DIR / module_name).lexically_normal());
-#endif
-  return places;
-}
 
 [[noreturn]] void fail(const std::string& reason) {
   throw Error(ExitCode::output_failed,
@@ -39,20 +22,9 @@ std::vector<fs::path> module_places() {
 }  // namespace
 
 PngEncoder::PngEncoder() {
-  std::string looked;
-  for (const fs::path& place : module_places()) {
-    std::error_code error;
-    if (!fs::exists(place, error)) {
-      looked += (looked.empty() ? "" : ", ") + place.parent_path().string();
-      continue;
-    }
-    void* module = ::dlopen(place.c_str(), RTLD_NOW | RTLD_LOCAL);
-    if (module == nullptr) fail(::dlerror());
-    function_ = ::dlsym(module, "tyndall_encode_png_1");
-    if (function_ == nullptr) fail(::dlerror());
-    return;
-  }
-  fail(fmt::format("{} was not found in {}", module_name, looked));
+  std::string problem;
+  function_ = oiio_function("tyndall_encode_png_1", problem);
+  if (function_ == nullptr) fail(problem);
 }
 
 std::string PngEncoder::encode(const Picture& picture, double exposure) const {

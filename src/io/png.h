@@ -1,6 +1,5 @@
 /// \file
-/// Previews: 8-bit PNG files. OpenImageIO writes them, from a module that is loaded at the first of
-/// them only: it takes longer to start than everything else together.
+/// Previews: 8-bit PNG files, which OpenImageIO writes (io/oiio_module.h).
 #pragma once
 
 #include <string>
@@ -21,7 +20,7 @@ class PngEncoder {
   std::string encode(const Picture& picture, double exposure) const;
 
  private:
-  void* function_;  // of plugin/oiio_png.h; the module stays loaded
+  void* function_;  // of plugin/oiio.h; the module stays loaded
 };
 
 /// \return linear `value` on the sRGB curve, 0 to 255; NaN is black.

@@ -16,12 +16,14 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "io/image_file.h"
 #include "io/json_table.h"
 #include "io/json_text.h"
 #include "io/sha256.h"
 #include "io/volume_file.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
+#include "tyndall/render/lights.h"
 #include "tyndall/render/volume.h"
 
 namespace tyndall::io {
@@ -447,8 +449,50 @@ Kind<Medium> medium() {
        required(key("components", &Medium::components, list(component()), "", "they add up"))});
 }
 
+template <class L>
+Key<L> light_group() {
+  return key("group", &L::group, text("a name"), "",
+             "lights of one name are one group; those without a name, too");
+}
+
+/// For lights whose power is over the radiance (or intensity) what `extent` says.
+template <class L>
+Rules<L> or_power(const char* name, glm::dvec3 L::*amount, double (*extent)(const L&)) {
+  return {{{name}, {"power"}}, true, [=](Reader&, const Node& node, L& light) {
+            const double over = extent(light);
+            if (child(node, "power") && over > 0) light.*amount /= over;
+          }};
+}
+/// See or_power().
+template <class L>
+Key<L> power(glm::dvec3 L::*amount, const char* doc) {
+  return setter<L>(
+      "power", glm::dvec3(1), [=](L& light, const glm::dvec3& power) { light.*amount = power; },
+      color(limits::light), "W", doc);
+}
+
+void load_environment(Reader& reader, const Node& node, EnvironmentLight& light) {
+  const Node* name = child(node, "image");
+  if (!name) return;
+  const std::string path = reader.file(name->value.get<std::string>()).string();
+  reader.within("image", [&] {
+    try {
+      light.image = load_image(path);
+      if (std::find(reader.inputs.begin(), reader.inputs.end(), path) == reader.inputs.end())
+        reader.inputs.push_back(path);
+      if (const std::size_t mended = light.image->mended(); mended > 0)
+        reader.warning(*name, fmt::format("{}: {} of its pixels were negative, infinite or no "
+                                          "numbers, and are clamped",
+                                          path, mended));
+    } catch (const Error& error) {
+      reader.error(*name, error.what(), error.code());
+    }
+  });
+}
+
 Kind<Light> light() {
   constexpr double sphere_steradians = 4 * std::numbers::pi;
+  const char* const radiance_unit = "W/(area sr)";
   return variant<Light>(
       {one<Light, PointLight>("point", "shines alike in all directions",
                               {required(key("position", &PointLight::position,
@@ -460,18 +504,69 @@ Kind<Light> light() {
                                    [](PointLight& l, const glm::dvec3& intensity) {
                                      l.power = sphere_steradians * intensity;
                                    },
-                                   color(limits::light), "W/sr", "into every direction")},
+                                   color(limits::light), "W/sr", "into every direction"),
+                               light_group<PointLight>()},
                               {{{"power"}, {"intensity"}}, true}),
        one<Light, DirectionalLight>(
-           "directional", "parallel light, as the sun's",
+           "directional", "parallel light, or a sun's",
            {required(key("direction", &DirectionalLight::direction, vector(limits::coordinate), "",
                          "the way it travels")),
             required(key("irradiance", &DirectionalLight::irradiance, color(limits::light),
-                         "W/area", "on a plane across the light"))}),
+                         "W/area", "on a plane across the light")),
+            key("angle", &DirectionalLight::angle, number(limits::sun_angle), "degree",
+                "across the sun's disc, which the camera sees; 0: parallel, and unseen"),
+            light_group<DirectionalLight>()}),
        one<Light, EnvironmentLight>(
-           "environment", "the same radiance from everywhere; the camera sees it",
-           {required(key("radiance", &EnvironmentLight::radiance, color(limits::light),
-                         "W/(area sr)", "from every direction"))})});
+           "environment", "radiance from everywhere; the camera sees it",
+           {key("radiance", &EnvironmentLight::radiance, color(limits::light), radiance_unit,
+                "the same from every direction"),
+            setter<EnvironmentLight>(
+                "image", std::string("sky.hdr"),
+                [](EnvironmentLight&, const std::string&) {},  // see load_environment
+                text("the name of a file"), "",
+                "radiance by longitude and latitude, the top row at +y, the middle at +z, the "
+                "left half at +x; the name is relative to the scene's folder"),
+            key("scale", &EnvironmentLight::scale, number(limits::image_scale), "",
+                "times the radiance, or times the image"),
+            key("rotation", &EnvironmentLight::rotation, number(limits::angle), "degree",
+                "of the image about +y: 90 takes what is at +z to +x"),
+            light_group<EnvironmentLight>()},
+           {{{"radiance"}, {"image"}}, true, load_environment}),
+       one<Light, SpotLight>(
+           "spot", "a point light that shines into a cone",
+           {required(key("position", &SpotLight::position, vector(limits::coordinate), "length",
+                         "where it is")),
+            required(key("direction", &SpotLight::direction, vector(limits::coordinate), "",
+                         "the cone's axis")),
+            key("angle", &SpotLight::angle, number(limits::spot_angle), "degree",
+                "of the whole cone"),
+            key("edge", &SpotLight::edge, number(limits::spot_edge), "",
+                "share of the half angle over which it fades"),
+            key("intensity", &SpotLight::intensity, color(limits::light), "W/sr",
+                "along the direction"),
+            power(&SpotLight::intensity, "into all of the cone"), light_group<SpotLight>()},
+           or_power<SpotLight>("intensity", &SpotLight::intensity, solid_angle)),
+       one<Light, RectangleLight>(
+           "rectangle", "a parallelogram that shines on one side; it is seen, and blocks nothing",
+           {required(key("center", &RectangleLight::center, vector(limits::coordinate), "length",
+                         "its middle")),
+            required(key("edge_u", &RectangleLight::edge_u, vector(limits::coordinate), "length",
+                         "one edge, from end to end")),
+            required(key("edge_v", &RectangleLight::edge_v, vector(limits::coordinate), "length",
+                         "the other; cross(edge_u, edge_v) points to the bright side")),
+            key("radiance", &RectangleLight::radiance, color(limits::light), radiance_unit,
+                "into every direction of that side"),
+            power(&RectangleLight::radiance, "of all of it"), light_group<RectangleLight>()},
+           or_power<RectangleLight>("radiance", &RectangleLight::radiance, etendue)),
+       one<Light, SphereLight>(
+           "sphere", "shines outwards; it is seen, and blocks nothing",
+           {required(key("center", &SphereLight::center, vector(limits::coordinate), "length",
+                         "its middle")),
+            required(key("radius", &SphereLight::radius, number(limits::size), "length", "radius")),
+            key("radiance", &SphereLight::radiance, color(limits::light), radiance_unit,
+                "from every point into every direction"),
+            power(&SphereLight::radiance, "of all of it"), light_group<SphereLight>()},
+           or_power<SphereLight>("radiance", &SphereLight::radiance, etendue))});
 }
 
 Kind<Camera> camera() {

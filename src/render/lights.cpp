@@ -85,7 +85,8 @@ Cone cone_about(const Box& box, const glm::dvec3& position, double radius) {
   const double distance = glm::length(way), reach = (glm::length(center) + radius) * margin;
   if (is_endless(box) || distance <= reach) return {};
   const double square = (reach / distance) * (reach / distance);
-  return {way / distance, square / (1 + std::sqrt(1 - square))};
+  const auto height = static_cast<float>(square / (1 + std::sqrt(1 - square)));
+  return {way / distance, double{height}};
 }
 
 /// Image environments as the walks read them: see SkyImage.

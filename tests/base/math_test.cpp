@@ -123,6 +123,38 @@ TEST(Math, quarter_turns_are_exact) {
   }
 }
 
+TEST(Math, turns_of_vectors_are_within_2_to_the_minus_24) {
+  const auto check = [](float x, float y) {
+    const long double exact = std::atan2(static_cast<long double>(y), static_cast<long double>(x))
+                              / (2 * std::acos(-1.0L));
+    const float turn = turn_of(x, y);
+    EXPECT_GE(turn, 0.0f);
+    EXPECT_LE(turn, 1.0f);
+    const auto off = static_cast<double>(turn - (exact < 0 ? exact + 1 : exact));
+    return std::min(std::abs(off), std::abs(std::abs(off) - 1));
+  };
+  double worst = 0, worst_small = 0;
+  for (int i = 0; i < 1 << 20; ++i) {
+    const long double angle = 2 * std::acos(-1.0L) * i / (1 << 20);
+    const auto scale = static_cast<long double>(i % 7 == 0 ? 1e-20 : i % 7 == 1 ? 1e20 : 1);
+    worst = std::max(worst, check(static_cast<float>(scale * std::cos(angle)),
+                                  static_cast<float>(scale * std::sin(angle))));
+  }
+  for (float y = 0.4f; y > 1e-30f; y *= 0.937f) {
+    const long double exact = std::atan(static_cast<long double>(y)) / (2 * std::acos(-1.0L));
+    worst_small =
+        std::max(worst_small, static_cast<double>(std::abs(turn_of(1.0f, y) / exact - 1)));
+  }
+  EXPECT_LE(worst, 0x1p-24);
+  EXPECT_GT(worst, 0x1p-28);
+  EXPECT_LE(worst_small, 0x1p-22);
+  const float quarters[][2] = {{1, 0}, {0, 1}, {-1, 0}, {0, -1}};
+  for (int i = 0; i < 4; ++i)
+    EXPECT_EQ(turn_of(quarters[i][0], quarters[i][1]), 0.25f * static_cast<float>(i));
+  EXPECT_EQ(turn_of(-3.0f, -3.0f), 0.625f);
+  EXPECT_EQ(turn_of(0.0f, 0.0f), 0.0f);
+}
+
 TEST(Math, cube_root_is_within_an_ulp_and_a_half) {
   double worst = 0;
   float at = 0;

@@ -14,7 +14,7 @@ Scene good() {
   Scene scene;
   scene.medium.components.push_back(
       {NoiseCloud{}, 10.0, glm::dvec3(0.9), HenyeyGreensteinPhase{0.5}});
-  scene.lights.push_back(PointLight{{1.5, 2.0, 0.5}, glm::dvec3(1.0)});
+  scene.lights = {PointLight{{1.5, 2.0, 0.5}, glm::dvec3(1.0)}};
   return scene;
 }
 

@@ -172,7 +172,9 @@ TEST(Lights, an_environment_brings_pi_times_its_radiance_times_the_open_faces) {
   EXPECT_EQ(prepared.emitters.size(), 4);
   EXPECT_NEAR(prepared.shot_power, 2 * pi * 2 * (6 + 2), 1e-5);
   EXPECT_NEAR(mean_power(prepared).y, 0.25 * pi * 2 * (6 + 2), 1e-5);
-  expect_near(prepared.background, {1.5, 2.25, 5});
+  expect_near(prepared.background, {1, 2, 3});  // rays meet the environment beside it
+  ASSERT_EQ(prepared.direct_lights.size(), 1);
+  expect_near(prepared.direct_lights[0].amount, {0.5, 0.25, 2});
 }
 
 TEST(Lights, a_point_light_shoots_only_into_the_cone_about_the_box) {
