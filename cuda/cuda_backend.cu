@@ -121,6 +121,8 @@ class CudaBackend final : public Backend {
     std::visit([&](auto& medium) { medium.relocate(to_device); }, medium_);
     std::vector<Emitter> emitters = scene.emitters;
     for (Emitter& emitter : emitters) emitter.relocate(to_device);
+    camera_ = scene.camera;
+    camera_.relocate(to_device);
     lights_ = {keep(emitters.data(), emitters.size()), static_cast<int>(emitters.size())};
     direct_lights_ = {keep(scene.direct_lights.data(), scene.direct_lights.size()),
                       static_cast<int>(scene.direct_lights.size())};
@@ -176,7 +178,7 @@ class CudaBackend final : public Backend {
 
   void gather(IndexRange samples) override {
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      launch(GatherPass<Medium, Sampler>{medium, sampler, scene_->camera, field_, direct_lights_,
+      launch(GatherPass<Medium, Sampler>{medium, sampler, camera_, field_, direct_lights_,
                                          scene_->environment, scene_->background, scene_->bounces,
                                          scene_->is_apart, scene_->seed,
                                          Film{scene_->film_width, scene_->film_height,
@@ -206,6 +208,7 @@ class CudaBackend final : public Backend {
   const PreparedScene* scene_ = nullptr;
   Stop stop_;
   AnyMedium medium_;  // its arrays on the device
+  Camera camera_;     // the same
   Lights lights_;
   DirectLights direct_lights_;
   IlluminationField field_;

@@ -63,7 +63,13 @@ Imf::FrameBuffer frame_buffer(float* rgba, int width, int left = 0, int top = 0)
 }  // namespace
 
 std::string encode_exr(const Picture& picture) {
-  Imf::Header header(picture.width, picture.height);
+  const auto window = [](int left, int top, int width, int height) {
+    return Imath::Box2i({left, top}, {left + width - 1, top + height - 1});
+  };
+  const bool is_whole = picture.whole_width == 0;
+  const auto data = window(picture.left, picture.top, picture.width, picture.height);
+  Imf::Header header(is_whole ? data : window(0, 0, picture.whole_width, picture.whole_height),
+                     data);
   header.compression() = Imf::ZIP_COMPRESSION;
   for (const char* channel : channels) header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
   Imf::addChromaticities(header, Imf::Chromaticities());  // the default is Rec. 709 with D65
@@ -74,7 +80,8 @@ std::string encode_exr(const Picture& picture) {
   {
     Imf::OutputFile file(stream, header);
     // OpenEXR's slices have no const; it only reads here.
-    file.setFrameBuffer(frame_buffer(const_cast<float*>(picture.rgba.data()), picture.width));
+    file.setFrameBuffer(frame_buffer(const_cast<float*>(picture.rgba.data()), picture.width,
+                                     picture.left, picture.top));
     file.writePixels(picture.height);
   }  // writes the table of offsets
   return stream.take();
@@ -88,10 +95,14 @@ Picture read_exr(const std::string& path) {
       if (header.channels().findChannel(channel) == nullptr)
         throw Error(ExitCode::input_missing, fmt::format("{}: has no channel {}", path, channel));
 
-    const auto& window = header.dataWindow();
+    const auto &window = header.dataWindow(), &whole = header.displayWindow();
     Picture picture;
     picture.width = window.max.x - window.min.x + 1;
     picture.height = window.max.y - window.min.y + 1;
+    picture.left = window.min.x - whole.min.x;
+    picture.top = window.min.y - whole.min.y;
+    picture.whole_width = whole.max.x - whole.min.x + 1;
+    picture.whole_height = whole.max.y - whole.min.y + 1;
     picture.rgba.resize(4 * static_cast<std::size_t>(picture.width)
                         * static_cast<std::size_t>(picture.height));
     file.setFrameBuffer(

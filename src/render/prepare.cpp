@@ -9,8 +9,10 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "render/camera.h"
 #include "render/emission.h"
 #include "render/majorants.h"
+#include "render/phase.h"
 #include "render/scene_values.h"
 #include "tyndall/render/bounds.h"
 #include "tyndall/render/check.h"
@@ -21,9 +23,6 @@
 namespace tyndall {
 namespace {
 
-Vec3f to_vec3f(glm::dvec3 v) {
-  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
-}
 glm::dvec3 to_dvec3(Vec3f v) { return {v.x, v.y, v.z}; }
 
 // ---- Components
@@ -123,18 +122,6 @@ glm::dmat4 view_to_field(const scene::Field& field, const scene::Field& leader) 
   return fitted(first ? *first : *grid) * place;
 }
 
-Phase view(const scene::Phase& phase) {
-  return std::visit(
-      Overloaded{[](const scene::IsotropicPhase&) { return Phase{}; },
-                 [](const scene::HenyeyGreensteinPhase& p) {
-                   return Phase{Phase::Kind::henyey_greenstein, static_cast<float>(p.g)};
-                 },
-                 [](const scene::RayleighPhase&) {
-                   return Phase{Phase::Kind::rayleigh, 0.0f};
-                 }},
-      phase);
-}
-
 /// Local space to the field space of a view of `field`, the component's or its emission's.
 Affine local_to_view(const scene::Component& component, const scene::Field& field,
                      glm::dvec3 box_min) {
@@ -186,7 +173,6 @@ Component<AnyField> view(const scene::Component& component, glm::dvec3 box_min) 
   c.to_field = local_to_view(component, component.field, box_min);
   c.extinction = static_cast<float>(component.extinction);
   c.albedo = to_vec3f(component.albedo);
-  c.phase = view(component.phase);
   return c;
 }
 
@@ -369,22 +355,7 @@ void prepare_lights(const Scene& scene, const Box& box, int threads, const Stop&
   out.direct_lights = std::move(list.direct);
 }
 
-// ---- Camera and film
-
-void prepare_camera(const Scene& scene, PreparedScene& out) {
-  const scene::Camera& c = scene.camera;
-  out.film_width = c.resolution[0];
-  out.film_height = c.resolution[1];
-  const SinCos half = sin_cos_turn(static_cast<float>(c.fov / 720.0));
-  // Next to 180 degrees the cosine rounds to 0, and the directions would be no numbers.
-  const double tangent = double{half.sin} / std::max(double{half.cos}, 1e-7);
-  const glm::dvec3 forward = glm::normalize(c.look_at - c.position);
-  const glm::dvec3 right = glm::normalize(glm::cross(forward, c.up));
-  const glm::dvec3 up = glm::cross(right, forward);
-  out.camera = {to_vec3f(c.position - scene.medium.box_min), to_vec3f(forward),
-                to_vec3f(tangent * right),
-                to_vec3f(tangent * c.resolution[1] / c.resolution[0] * up)};
-}
+// ---- Film
 
 /// [W/(area sr)], or more.
 double brightest_source(const Component<AnyField>& c, const Box& box) {
@@ -448,6 +419,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.emissions.reserve(scene.medium.components.size());
   for (const scene::Component& c : scene.medium.components) {
     components.push_back(view(c, scene.medium.box_min));
+    components.back().phase = prepare_phase(c.phase, out.phase_tables);
     if (const auto emission = view_emission(c, scene.medium.box_min)) {
       out.emissions.push_back(*emission);
       components.back().emission = &out.emissions.back();
@@ -519,7 +491,9 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.bounces = out.has_grid ? scene.bounces : std::numeric_limits<int>::max();
   out.is_apart = scene.single_scattering == scene::SingleScattering::apart;
   prepare_lights(scene, box, threads, stop, out);
-  prepare_camera(scene, out);
+  out.camera = prepare_camera(scene, out.filter_quantiles);
+  out.film_width = out.camera.window.width;
+  out.film_height = out.camera.window.height;
   for (const scene::Light& light : scene.lights) {
     if (const auto* e = std::get_if<scene::EnvironmentLight>(&light))
       out.environment = out.environment + to_vec3f(e->radiance);

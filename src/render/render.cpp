@@ -226,6 +226,10 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
   tallies.add_all(reinterpret_cast<const std::int64_t*>(film.pixels.data()),
                   film.pixels.size() * sizeof(PixelTally) / sizeof(std::int64_t));
   result.picture = develop(prepared, film, scene.samples);
+  const CropWindow& window = prepared.camera.window;
+  result.picture.left = window.left, result.picture.top = window.top;
+  result.picture.whole_width = window.whole_width;
+  result.picture.whole_height = window.whole_height;
   result.seconds.pixels = seconds_since(start);
 
   if (const auto violations = result.shoot.violations + result.gather.violations; violations > 0) {

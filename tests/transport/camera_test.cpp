@@ -11,7 +11,7 @@
 namespace tyndall::test {
 namespace {
 
-PinholeCamera camera(const scene::Camera& c, glm::dvec3 box_min = {0, 0, 0}) {
+Camera camera(const scene::Camera& c, glm::dvec3 box_min = {0, 0, 0}) {
   Scene scene = furnace({component(scene::Solid{}, 1)});
   scene.medium.majorant_resolution = {1, 1, 1};
   scene.medium.box_min = box_min;
@@ -20,7 +20,7 @@ PinholeCamera camera(const scene::Camera& c, glm::dvec3 box_min = {0, 0, 0}) {
   return prepare(scene, 1).camera;
 }
 
-glm::dvec3 direction(const PinholeCamera& c, double u, double v) {
+glm::dvec3 direction(const Camera& c, double u, double v) {
   const Vec3f d = c.ray(static_cast<float>(u), static_cast<float>(v)).direction;
   return {d.x, d.y, d.z};
 }
@@ -41,13 +41,13 @@ scene::Camera tilted() {
 
 TEST(Camera, looks_at_its_target_from_its_place) {
   const scene::Camera c = tilted();
-  const PinholeCamera pinhole = camera(c);
+  const Camera pinhole = camera(c);
   EXPECT_EQ(pinhole.ray(0.2f, 0.9f).origin.y, -2.0f);
   EXPECT_LT(degrees(direction(pinhole, 0.5, 0.5), c.look_at - c.position), 1e-4);
 }
 
 TEST(Camera, spans_its_angle_across_the_width_and_has_square_pixels) {
-  const PinholeCamera c = camera(tilted());
+  const Camera c = camera(tilted());
   EXPECT_NEAR(degrees(direction(c, 0, 0.5), direction(c, 1, 0.5)), 50, 1e-4);
   const double tangent = std::tan(25 * double{pi} / 180) / 3;
   EXPECT_NEAR(degrees(direction(c, 0.5, 0), direction(c, 0.5, 1)),
@@ -56,7 +56,7 @@ TEST(Camera, spans_its_angle_across_the_width_and_has_square_pixels) {
 
 TEST(Camera, u_runs_right_and_v_runs_down) {
   scene::Camera c;  // looks along +z, y is up: x runs left
-  const PinholeCamera pinhole = camera(c);
+  const Camera pinhole = camera(c);
   EXPECT_LT(direction(pinhole, 1, 0.5).x, -0.3);
   EXPECT_GT(direction(pinhole, 0, 0.5).x, 0.3);
   EXPECT_GT(direction(pinhole, 0.5, 0).y, 0.3);
@@ -65,7 +65,7 @@ TEST(Camera, u_runs_right_and_v_runs_down) {
 
 TEST(Camera, straight_lines_stay_straight_and_evenly_divided) {
   const scene::Camera c = tilted();
-  const PinholeCamera pinhole = camera(c);
+  const Camera pinhole = camera(c);
   const glm::dvec3 forward = glm::normalize(c.look_at - c.position);
   const auto on_plane = [&](double u, double v) {
     const glm::dvec3 d = direction(pinhole, u, v);
@@ -88,7 +88,7 @@ TEST(Camera, is_placed_relative_to_the_box) {
   scene::Camera c;
   c.position = {1e6 + 0.5, 0.25, -2};
   c.look_at = {1e6 + 0.5, 0.25, 0};
-  const PinholeCamera pinhole = camera(c, {1e6, 0, 0});
+  const Camera pinhole = camera(c, {1e6, 0, 0});
   EXPECT_EQ(pinhole.position.x, 0.5f);
   EXPECT_EQ(pinhole.forward.z, 1.0f);
 }

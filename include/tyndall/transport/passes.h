@@ -301,7 +301,7 @@ template <class Medium, class Sampler>
 struct GatherPass {
   Medium medium;
   Sampler sampler;
-  PinholeCamera camera;
+  Camera camera;
   IlluminationField illumination;  ///< numerator: null for none
   DirectLights lights;
   Vec3f environment;  ///< [W/(area sr)]
@@ -315,7 +315,7 @@ struct GatherPass {
   static constexpr Domain domain = Domain::pixel_sample;
 
   TYN_HD void operator()(std::uint64_t index) const {
-    const RandomStream random{seed, index, domain};
+    const RandomStream random{seed, stream(index), domain};
     Sight sight;
     Path path;
     Audit audit;
@@ -325,23 +325,19 @@ struct GatherPass {
       goes_on = flight.end == Flight::End::collided ? collide(sight, flight.component, random, path)
                                                     : leave(sight, flight, path);
     }
-    end(sight, index);
+    end(sight, random.index);
     deposit_audit(account->audit, audit);
   }
+
+  /// \return whose random numbers sample `index` has.
+  TYN_HD std::uint64_t stream(std::uint64_t index) const { return camera.window.stream(index); }
 
   // What becomes of a sample, for every driver. They return false where it is complete; otherwise
   // `path` is its next flight.
 
   TYN_HD bool begin(Sight& sight, const RandomStream& random, Path& path) const {
-    const std::uint64_t pixel = pixel_of(random.index);
     const RandomBlock first = random.block(0, Purpose::emission);
-    const float column = static_cast<float>(pixel % static_cast<std::uint64_t>(film.width));
-    const float row = static_cast<float>(pixel / static_cast<std::uint64_t>(film.width));
-    path = {camera.ray((column + uniform(first.a)) / static_cast<float>(film.width),
-                       (row + uniform(first.b)) / static_cast<float>(film.height)),
-            exponential(first.d),
-            0,
-            {}};
+    path = {camera.sample(random, first), exponential(first.d), 0, {}};
     sight = {};
     if (enter(medium.whole.box, path.ray)) return true;
     sight.radiance = background;
@@ -391,8 +387,8 @@ struct GatherPass {
     return true;
   }
 
-  TYN_HD void end(const Sight& sight, std::uint64_t index) const {
-    film.add(pixel_of(index), sight.radiance, sight.hit);
+  TYN_HD void end(const Sight& sight, std::uint64_t stream_index) const {
+    film.add(camera.window.pixel(stream_index), sight.radiance, sight.hit);
   }
 
  private:
@@ -403,8 +399,6 @@ struct GatherPass {
     path.reach = largest_float;
     return !sight.ends;
   }
-
-  TYN_HD std::uint64_t pixel_of(std::uint64_t index) const { return index % film.pixel_count(); }
 };
 
 }  // namespace tyndall
