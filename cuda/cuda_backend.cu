@@ -121,6 +121,8 @@ class CudaBackend final : public Backend {
     std::visit([&](auto& medium) { medium.relocate(to_device); }, medium_);
     std::vector<Emitter> emitters = scene.emitters;
     for (Emitter& emitter : emitters) emitter.relocate(to_device);
+    camera_ = scene.camera;
+    camera_.relocate(to_device);
     lights_ = {keep(emitters.data(), emitters.size()), static_cast<int>(emitters.size())};
     std::vector<DirectLight> direct = scene.direct_lights;
     for (DirectLight& light : direct) light.sky.relocate(to_device);
@@ -169,8 +171,8 @@ class CudaBackend final : public Backend {
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
       launch(
           GatherPass<Medium, Sampler>{
-              medium, sampler, scene_->camera, field_, direct_lights_, scene_->background,
-              scene_->bounces, scene_->is_apart, scene_->seed,
+              medium, sampler, camera_, field_, direct_lights_, scene_->background, scene_->bounces,
+              scene_->is_apart, scene_->seed,
               Film{scene_->film_width, scene_->film_height, scene_->film_unit, pixels_.data(),
                    clamped_.data(), scene_->groups.empty() ? nullptr : groups_.data(),
                    static_cast<int>(scene_->groups.size())},
@@ -206,6 +208,7 @@ class CudaBackend final : public Backend {
   const PreparedScene* scene_ = nullptr;
   Stop stop_;
   AnyMedium medium_;  // its arrays on the device
+  Camera camera_;     // the same
   Lights lights_;
   DirectLights direct_lights_;
   IlluminationField field_;

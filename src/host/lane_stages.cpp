@@ -277,10 +277,14 @@ inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place)
 }
 
 template <Phase::Kind kind>
-[[gnu::flatten]] void turn(Lanes& s, int component, float g) {
+[[gnu::flatten]] void turn(Lanes& s, int component, const Phase& p) {
   const int used = whole_registers(s.used);
-  const Phase phase{kind, g};
+  Phase phase = p;
+  phase.kind = kind;
   for (int l = 0; l < used; ++l) {
+    if constexpr (kind == Phase::Kind::tabulated) {  // searches, which no lanes share
+      if (s.real[l] != 1) continue;
+    }
     const Vec3f d = phase.sample({s.direction_x[l], s.direction_y[l], s.direction_z[l]},
                                  uniform_symmetric(s.word_c[l]), uniform_symmetric(s.word_d[l]));
     const bool real = (s.real[l] == 1) & (s.component[l] == component);
@@ -293,11 +297,15 @@ template <Phase::Kind kind>
 [[gnu::flatten]] void scatter(Lanes& s, int component, const Phase& phase) {
   switch (phase.kind) {
     case Phase::Kind::isotropic:
-      return turn<Phase::Kind::isotropic>(s, component, 0);
+      return turn<Phase::Kind::isotropic>(s, component, phase);
     case Phase::Kind::henyey_greenstein:
-      return turn<Phase::Kind::henyey_greenstein>(s, component, phase.g);
+      return turn<Phase::Kind::henyey_greenstein>(s, component, phase);
     case Phase::Kind::rayleigh:
-      return turn<Phase::Kind::rayleigh>(s, component, 0);
+      return turn<Phase::Kind::rayleigh>(s, component, phase);
+    case Phase::Kind::two_lobes:
+      return turn<Phase::Kind::two_lobes>(s, component, phase);
+    case Phase::Kind::tabulated:
+      return turn<Phase::Kind::tabulated>(s, component, phase);
   }
 }
 

@@ -51,6 +51,7 @@ const NoiseCloud* noise_cloud(const Field&) {
 
 /// Moves paths between the stages, and keeps their account. What begins a path, ends it, and
 /// happens at its collisions is the Driver's:
+///   uint64_t stream(uint64_t index)             whose random numbers a path has
 ///   bool begin(RandomStream, Path&, int lane)   false where the path ends at once
 ///   bool leave(int lane, Flight, Path&)         whether it goes on, with the flight `path`
 ///   bool collide(int lane, int component)       false where the path ends
@@ -98,7 +99,7 @@ class Batch {
       const Flight flight{left ? Flight::End::escaped : Flight::End::stalled, virtual_particle,
                           lanes_.face[l]};
       if ((left || stalled) && driver().leave(l, flight, path)) set_out(l, path);
-      while (lanes_.state[l] == Lanes::idle && next_ < end_) begin(l, next_++);
+      while (lanes_.state[l] == Lanes::idle && next_ < end_) begin(l, driver().stream(next_++));
       idle += lanes_.state[l] == Lanes::idle;
     }
     const int under_way = lanes_.used - idle;
@@ -242,6 +243,7 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
   PhotonBatch(const Pass& pass, const LaneStages& stages)
       : Base(pass.medium, pass.seed, Pass::domain, pass.account, stages), pass_(pass) {}
 
+  static std::uint64_t stream(std::uint64_t index) { return index; }
   bool begin(const RandomStream& random, Path& path, int l) {
     Burden burden;
     if (!pass_.begin(random, path, burden)) return false;
@@ -315,6 +317,7 @@ class SampleBatch : public Batch<SampleBatch<Medium>, Medium> {
   SampleBatch(const Pass& pass, const LaneStages& stages)
       : Base(pass.medium, pass.seed, Pass::domain, pass.account, stages), pass_(pass) {}
 
+  std::uint64_t stream(std::uint64_t index) const { return pass_.stream(index); }
   bool begin(const RandomStream& random, Path& path, int l) {
     return ended_unless(pass_.begin(sights_[l], random, path), l);
   }

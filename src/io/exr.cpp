@@ -93,11 +93,19 @@ std::vector<PictureLayer> layers_of(const Imf::Header& header) {
 }  // namespace
 
 std::string encode_exr(const Picture& picture) {
-  Imf::Header header(picture.width, picture.height);
+  const auto window = [](int left, int top, int width, int height) {
+    return Imath::Box2i({left, top}, {left + width - 1, top + height - 1});
+  };
+  const bool is_whole = picture.whole_width == 0;
+  const auto data = window(picture.left, picture.top, picture.width, picture.height);
+  Imf::Header header(is_whole ? data : window(0, 0, picture.whole_width, picture.whole_height),
+                     data);
   header.compression() = Imf::ZIP_COMPRESSION;
   // OpenEXR's slices have no const; it only reads here.
-  Imf::FrameBuffer buffer = frame_buffer(const_cast<float*>(picture.rgba.data()), picture.width);
-  for (const PictureLayer& layer : picture.layers) add_layer(buffer, layer, picture.width);
+  Imf::FrameBuffer buffer = frame_buffer(const_cast<float*>(picture.rgba.data()), picture.width,
+                                         picture.left, picture.top);
+  for (const PictureLayer& layer : picture.layers)
+    add_layer(buffer, layer, picture.width, picture.left, picture.top);
   for (auto slice = buffer.begin(); slice != buffer.end(); ++slice)
     header.channels().insert(slice.name(), Imf::Channel(Imf::FLOAT));
   Imf::addChromaticities(header, Imf::Chromaticities());  // the default is Rec. 709 with D65
@@ -121,10 +129,14 @@ Picture read_exr(const std::string& path) {
       if (header.channels().findChannel(channel) == nullptr)
         throw Error(ExitCode::input_missing, fmt::format("{}: has no channel {}", path, channel));
 
-    const auto& window = header.dataWindow();
+    const auto &window = header.dataWindow(), &whole = header.displayWindow();
     Picture picture;
     picture.width = window.max.x - window.min.x + 1;
     picture.height = window.max.y - window.min.y + 1;
+    picture.left = window.min.x - whole.min.x;
+    picture.top = window.min.y - whole.min.y;
+    picture.whole_width = whole.max.x - whole.min.x + 1;
+    picture.whole_height = whole.max.y - whole.min.y + 1;
     picture.rgba.resize(4 * static_cast<std::size_t>(picture.width)
                         * static_cast<std::size_t>(picture.height));
     Imf::FrameBuffer buffer =

@@ -148,7 +148,9 @@ Json mesh_info(const std::string& path) {
 // ---- Scenes and pictures
 
 constexpr const char* field_names[] = {"solid", "noise_cloud", "grid", "volume"};
-constexpr const char* phase_names[] = {"isotropic", "henyey_greenstein", "rayleigh"};
+constexpr const char* phase_names[] = {"isotropic", "henyey_greenstein", "rayleigh", "two_lobes",
+                                       "tabulated"};
+constexpr const char* camera_names[] = {"perspective", "orthographic", "spherical"};
 constexpr const char* emission_names[] = {"none", "color", "blackbody"};
 constexpr const char* light_names[] = {"point", "directional", "environment",
                                        "spot",  "rectangle",   "sphere"};
@@ -174,6 +176,7 @@ Json scene_info(const std::string& path) {
   out["box max"] = brief_list(scene.medium.box_max);
   for (const scene::Light& light : scene.lights)
     out["lights"].push_back(light_names[light.index()]);
+  out["camera"] = camera_names[static_cast<int>(scene.camera.projection)];
   out["resolution"] = {scene.camera.resolution[0], scene.camera.resolution[1]};
   out["photons"] = scene.photons;
   out["samples"] = scene.samples;

@@ -357,16 +357,30 @@ Key<T> required(Key<T> key) {
 /// What a table of keys cannot say of each key alone.
 template <class T>
 struct Rules {
+  using Alternatives = std::vector<std::vector<std::string>>;
+
   /// Sets of keys; keys of different sets exclude each other.
-  std::vector<std::vector<std::string>> alternatives = {};
+  Alternatives alternatives = {};
   bool one_needed = false;  ///< of the alternatives
   /// Called once all keys are read without an error.
   std::function<void(Reader&, const Node&, T&)> finish = {};
+  Alternatives second_alternatives = {};  ///< another choice, of other keys
+  bool is_usual = false;                  ///< of a case: the one that is meant without a "type"
 
-  /// \return which of the alternatives `name` belongs to, -1: none
+  /// \return which of its alternatives `name` is one of, -1: none
   int alternative(const std::string& name) const {
-    for (std::size_t i = 0; i < alternatives.size(); ++i) {
-      const auto& names = alternatives[i];
+    return std::max(index(alternatives, name), index(second_alternatives, name));
+  }
+  bool exclude(const std::string& a, const std::string& b) const {
+    const auto differ = [](int i, int j) { return i >= 0 && j >= 0 && i != j; };
+    return differ(index(alternatives, a), index(alternatives, b))
+           || differ(index(second_alternatives, a), index(second_alternatives, b));
+  }
+
+ private:
+  static int index(const Alternatives& sets, const std::string& name) {
+    for (std::size_t i = 0; i < sets.size(); ++i) {
+      const auto& names = sets[i];
       if (std::find(names.begin(), names.end(), name) != names.end()) return static_cast<int>(i);
     }
     return -1;
@@ -411,7 +425,7 @@ class Table {
       }
       properties[key.name] = std::move(property);
       for (const Key<T>& other : keys_) {
-        if (alternative >= 0 && rules_.alternative(other.name) > alternative) {
+        if (rules_.exclude(key.name, other.name) && rules_.alternative(other.name) > alternative) {
           exclusions.push_back({{"not", {{"required", {key.name, other.name}}}}});
         }
       }
@@ -469,19 +483,22 @@ class Table {
   }
 
   void refuse_alternatives(Reader& reader, const Node& node) const {
-    const Node* first = nullptr;
     for (const Node& member : node.children) {
-      const int alternative = rules_.alternative(member.key);
-      if (alternative < 0) continue;
-      if (!first) first = &member;
-      if (alternative != rules_.alternative(first->key)) {
+      for (const Node& other : node.children) {
+        if (&other == &member) break;
+        if (!rules_.exclude(member.key, other.key)) continue;
         reader.within(member.key, [&] {
           reader.error_at_key(member,
-                              fmt::format("cannot be given together with \"{}\"", first->key));
+                              fmt::format("cannot be given together with \"{}\"", other.key));
         });
+        break;
       }
     }
-    if (first || !rules_.one_needed) return;
+    if (!rules_.one_needed) return;
+    for (const auto& alternative : rules_.alternatives) {
+      for (const std::string& name : alternative)
+        if (child(node, name)) return;
+    }
     std::vector<std::string> names;
     for (const auto& alternative : rules_.alternatives) names.push_back(alternative.front());
     reader.error(node, fmt::format("missing \"{}\"", fmt::join(names, "\" or \"")));
@@ -514,6 +531,7 @@ template <class V>
 struct Case {
   std::string name;
   Kind<V> kind;
+  bool is_usual = false;  ///< meant without a "type"
 };
 
 /// \param store makes a V from the P that the keys fill in.
@@ -526,7 +544,8 @@ Case<V> one(
                        return Json{{"const", name}};
                      },
                      [=](const P&, const std::string&) { return '"' + name + '"'; }};
-  keys.insert(keys.begin(), required(Key<P>{"type", type, "", doc}));
+  const bool is_usual = rules.is_usual;
+  keys.insert(keys.begin(), Key<P>{"type", type, "", doc, !is_usual});
   const Kind<P> whole = object<P>(std::move(keys), std::move(rules));
   return {
       name,
@@ -537,7 +556,8 @@ Case<V> one(
          whole.read(reader, node, read);
          if (reader.errors.size() == errors) value = store(read);
        },
-       whole.schema, [=](const V&, const std::string& indent) { return whole.list(P{}, indent); }}};
+       whole.schema, [=](const V&, const std::string& indent) { return whole.list(P{}, indent); }},
+      is_usual};
 }
 
 inline std::string as_alternative(const std::string& block, const std::string& indent) {
@@ -560,8 +580,12 @@ Kind<V> variant(const std::vector<Case<V>>& cases) {
       [=](Reader& reader, const Node& node, V& value) {
         const std::size_t errors = reader.errors.size();
         const Node* type = child(node, "type");
+        const auto usual =
+            std::find_if(cases.begin(), cases.end(), [](const Case<V>& c) { return c.is_usual; });
         if (!node.value.is_object()) {
-          reader.expected(node, "an object with a \"type\"");
+          reader.expected(node, usual == cases.end() ? "an object with a \"type\"" : "an object");
+        } else if (!type && usual != cases.end()) {
+          usual->kind.read(reader, node, value);
         } else if (!type) {
           reader.within("type", [&] { reader.error(node, "missing; expected " + expected); });
         } else if (const auto found = std::find(names.begin(), names.end(), type->value);

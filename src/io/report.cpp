@@ -213,8 +213,8 @@ double photons_per_second(const RenderResult& result) {
 
 /// Samples of pixels.
 double samples_per_second(const Scene& scene, const RenderResult& result) {
-  const double pixels = static_cast<double>(scene.camera.resolution[0])
-                        * static_cast<double>(scene.camera.resolution[1]);
+  const double pixels =
+      static_cast<double>(result.picture.width) * static_cast<double>(result.picture.height);
   return ratio(pixels * static_cast<double>(scene.samples), result.seconds.pixels);
 }
 

@@ -19,6 +19,7 @@
 #include "io/image_file.h"
 #include "io/json_table.h"
 #include "io/json_text.h"
+#include "io/phase_file.h"
 #include "io/sha256.h"
 #include "io/volume_file.h"
 #include "tyndall/render/check.h"
@@ -30,6 +31,7 @@ namespace tyndall::io {
 namespace {
 
 using namespace scene;
+using scene::Camera;
 using scene::Component;
 using scene::DenseGrid;
 using scene::NoiseCloud;
@@ -320,13 +322,44 @@ Kind<Field> field(const std::string& fallback) {
        grid(), vdb(fallback), mesh()});
 }
 
+struct PhaseSource {
+  std::string file;
+  std::shared_ptr<const PhaseTable> table;
+};
+
+void load_phase(Reader& reader, const Node& node, PhaseSource& source) {
+  const std::string path = reader.file(source.file).string();
+  reader.within("file", [&] {
+    try {
+      source.table = read_phase_file(path);
+      reader.inputs.push_back(path);
+    } catch (const Error& error) {
+      reader.error(*child(node, "file"), error.what(), error.code());
+    }
+  });
+}
+
 Kind<Phase> phase() {
   return variant<Phase>(
       {one<Phase, IsotropicPhase>("isotropic", "all directions alike", {}),
        one<Phase, HenyeyGreensteinPhase>("henyey_greenstein", "a lobe forwards or backwards",
                                          {key("g", &HenyeyGreensteinPhase::g, number(limits::g), "",
                                               "mean cosine; above 0 is forwards")}),
-       one<Phase, RayleighPhase>("rayleigh", "as clear air", {})});
+       one<Phase, RayleighPhase>("rayleigh", "as clear air", {}),
+       one<Phase, TwoLobesPhase>(
+           "two_lobes", "two of henyey_greenstein together",
+           {required(key("g1", &TwoLobesPhase::g1, number(limits::g), "",
+                         "mean cosine of the first lobe")),
+            required(key("g2", &TwoLobesPhase::g2, number(limits::g), "", "and of the second one")),
+            required(key("weight", &TwoLobesPhase::weight, number(limits::lobe_weight), "",
+                         "share of the first lobe"))}),
+       one<Phase, PhaseSource>(
+           "tabulated", "linear in the cosine of the angle between the rows of a table",
+           {required(key("file", &PhaseSource::file, text("the name of a file"), "",
+                         "rows \"cosine value\" from cosine -1 to 1, the values in any unit; the "
+                         "name is relative to the scene's folder"))},
+           {{}, false, load_phase},
+           [](const PhaseSource& source) { return Phase(TabulatedPhase{source.table}); })});
 }
 
 /// Sine of an angle [degree], exact at multiples of 90. A series of its own, since libms differ in
@@ -352,6 +385,13 @@ double sine(double degrees) {
 
 double cosine(double degrees) { return sine(degrees + 90); }
 
+/// 16 numbers, row by row, which is not glm's order.
+glm::dmat4 by_rows(const std::array<double, 16>& numbers) {
+  glm::dmat4 m;
+  for (int i = 0; i < 16; ++i) m[i % 4][i / 4] = numbers[static_cast<unsigned>(i)];
+  return m;
+}
+
 struct Transform {
   glm::dvec3 translate{0.0}, rotate{0.0}, scale{1.0};
   std::array<double, 16> matrix{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
@@ -366,9 +406,7 @@ struct Transform {
     const glm::dmat3 scaled(scale.x, 0, 0, 0, scale.y, 0, 0, 0, scale.z);
     glm::dmat4 parts(about_z * about_y * about_x * scaled);
     parts[3] = glm::dvec4(translate, 1.0);
-    glm::dmat4 rows;
-    for (int i = 0; i < 16; ++i) rows[i % 4][i / 4] = matrix[static_cast<unsigned>(i)];
-    return rows * parts;
+    return by_rows(matrix) * parts;
   }
 };
 
@@ -569,18 +607,70 @@ Kind<Light> light() {
            or_power<SphereLight>("radiance", &SphereLight::radiance, etendue))});
 }
 
+/// A kind of camera, which has some keys of its own.
+Case<Camera> one_camera(const std::string& name, Projection projection, const std::string& doc,
+                        const std::vector<Key<Camera>>& own, Rules<Camera> rules = {}) {
+  std::vector<Key<Camera>> keys = {
+      key("position", &Camera::position, vector(limits::coordinate), "length", "where it is"),
+      key("look_at", &Camera::look_at, vector(limits::coordinate), "length",
+          "seen in the middle of the picture"),
+      key("up", &Camera::up, vector(limits::coordinate), "",
+          "direction that is upwards in the picture"),
+      setter<Camera>(
+          "matrix", std::array<double, 16>{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1},
+          [](Camera& c, const std::array<double, 16>& matrix) { c.matrix = by_rows(matrix); },
+          tuple<std::array<double, 16>>("xx, xy, xz, x, yx, yy, yz, y, zx, zy, zz, z, 0, 0, 0, 1",
+                                        number(limits::coordinate)),
+          "", "from camera to world, row by row; the camera looks along -z, y is up")};
+  keys.insert(keys.end(), own.begin(), own.end());
+  keys.push_back(key("resolution", &Camera::resolution,
+                     tuple<std::array<int, 2>>("width, height", integer<int>(limits::pixels)),
+                     "pixel", "size of the picture"));
+  keys.push_back(key("crop", &Camera::crop,
+                     tuple<std::array<int, 4>>("x0, y0, x1, y1", integer<int>(limits::crop)),
+                     "pixel",
+                     "the part of the picture that is rendered, without x1 and y1; all 0: the "
+                     "whole"));
+  rules.second_alternatives = {{"position", "look_at", "up"}, {"matrix"}};
+  rules.is_usual = projection == Projection::perspective;
+  return one<Camera, Camera>(name, doc, std::move(keys), std::move(rules),
+                             [projection](const Camera& read) {
+                               Camera camera = read;
+                               camera.projection = projection;
+                               return camera;
+                             });
+}
+
 Kind<Camera> camera() {
-  return object<Camera>(
-      {key("position", &Camera::position, vector(limits::coordinate), "length", "where it is"),
-       key("look_at", &Camera::look_at, vector(limits::coordinate), "length",
-           "seen in the middle of the picture"),
-       key("up", &Camera::up, vector(limits::coordinate), "",
-           "direction that is upwards in the picture"),
-       key("fov", &Camera::fov, number(limits::fov), "degree",
-           "full angle across the picture's width"),
-       key("resolution", &Camera::resolution,
-           tuple<std::array<int, 2>>("width, height", integer<int>(limits::pixels)), "pixel",
-           "size of the picture")});
+  return variant<Camera>(
+      {one_camera(
+           "perspective", Projection::perspective, "a pinhole, or a thin lens",
+           {key("fov", &Camera::fov, number(limits::fov), "degree",
+                "full angle across the picture's width"),
+            setter<Camera>(
+                "focal_length", 50.0,
+                [](Camera& c, const double& length) { c.focal_length = length; },
+                number(limits::size), "unit of film_width", "of a lens focused far away"),
+            key("film_width", &Camera::film_width, number(limits::size), "unit of focal_length",
+                "beside focal_length: what the width of the picture falls on"),
+            key("aperture_radius", &Camera::aperture_radius, number(limits::lens), "length",
+                "of the lens; 0: a pinhole, which has all in focus"),
+            key("focus_distance", &Camera::focus_distance, number(limits::lens), "length",
+                "along the view, to the plane that is in focus; 0: to look_at")},
+           {{{"fov"}, {"focal_length", "film_width"}},
+            false,
+            [](Reader& reader, const Node& node, Camera&) {
+              const Node* width = child(node, "film_width");
+              if (!width || child(node, "focal_length")) return;
+              reader.within("film_width", [&] {
+                reader.error_at_key(*width, "expected a \"focal_length\" beside it");
+              });
+            }}),
+       one_camera(
+           "orthographic", Projection::orthographic, "parallel rays, from its plane on",
+           {key("width", &Camera::width, number(limits::size), "length", "across the picture")}),
+       one_camera("spherical", Projection::spherical,
+                  "all directions: longitude across, latitude down, look_at in the middle", {})});
 }
 
 constexpr int format_version = 1;
@@ -603,7 +693,7 @@ const Kind<Scene>& table() {
       {version(),
        required(key("medium", &Scene::medium, medium(), "", "what scatters and absorbs")),
        key("lights", &Scene::lights, list(light()), "", "where the photons come from"),
-       key("camera", &Scene::camera, camera(), "", "a pinhole camera"),
+       key("camera", &Scene::camera, camera(), "", "what sees the picture"),
        key("background", &Scene::background, color(limits::light), "W/(area sr)",
            "radiance behind everything; it lights nothing"),
        key("sampler", &Scene::sampler,
@@ -642,6 +732,17 @@ const Kind<Scene>& table() {
                          "apart: light that is scattered once comes by shadow walks, sharp; grid: "
                          "it is in the grid with all other light, faster and blurred")},
                     "the second pass: from the camera into the medium"),
+       group<Scene>("film",
+                    {key("filter", &Scene::filter,
+                         choice<Filter>({{"box", Filter::box},
+                                         {"gaussian", Filter::gaussian},
+                                         {"blackman_harris", Filter::blackman_harris}}),
+                         "",
+                         "how a pixel weighs the light around its middle; the radius is 3 standard "
+                         "deviations of gaussian"),
+                     key("filter_radius", &Scene::filter_radius, number(limits::filter_radius),
+                         "pixel", "0: 0.5 of box, 1.5 of the others")},
+                    "what the picture falls on"),
        group<Scene>("preview",
                     {key("exposure", &Scene::exposure, number(limits::exposure), "EV",
                          "brightness of the PNG alone")},

@@ -162,11 +162,26 @@ class Checker {
   void component(const std::string& path, const scene::Component& c) {
     if (number(path + ".extinction", c.extinction, limits::extinction)) extinction(path, c);
     vector(path + ".albedo", c.albedo, limits::albedo);
-    if (const auto* hg = std::get_if<HenyeyGreensteinPhase>(&c.phase))
-      number(path + ".phase.g", hg->g, limits::g);
+    phase(path + ".phase", c.phase);
     transform(path + ".transform", c.transform);
     field(path + ".field", c, c.field);
     emission(path + ".emission", c);
+  }
+
+  void phase(const std::string& path, const scene::Phase& phase) {
+    if (const auto* hg = std::get_if<HenyeyGreensteinPhase>(&phase))
+      number(path + ".g", hg->g, limits::g);
+    if (const auto* lobes = std::get_if<TwoLobesPhase>(&phase)) {
+      number(path + ".g1", lobes->g1, limits::g);
+      number(path + ".g2", lobes->g2, limits::g);
+      number(path + ".weight", lobes->weight, limits::lobe_weight);
+    }
+    if (const auto* tabulated = std::get_if<TabulatedPhase>(&phase)) {
+      if (!tabulated->table) return error(path + ".file", "no table");
+      const PhaseTableProblem problem = phase_table_problem(*tabulated->table);
+      if (!problem.message.empty())
+        error(path + ".file", fmt::format("row {}: {}", problem.row, problem.message));
+    }
   }
 
   void field(const std::string& path, const scene::Component& c, const Field& of) {
@@ -220,11 +235,7 @@ class Checker {
         }
       }
     }
-    if (m[0][3] != 0 || m[1][3] != 0 || m[2][3] != 0 || m[3][3] != 1) {
-      return error(path,
-                   fmt::format("expected an affine matrix, with last row 0 0 0 1, got {} {} {} {}",
-                               m[0][3], m[1][3], m[2][3], m[3][3]));
-    }
+    if (!affine(path, m)) return;
     double lengths = 1;
     for (int column = 0; column < 3; ++column) {
       const double length = glm::length(glm::dvec3(m[column]));
@@ -238,6 +249,13 @@ class Checker {
     if (std::abs(glm::determinant(glm::dmat3(m))) < parallel * lengths) {
       error(path, "singular: it flattens space, and cannot be inverted");
     }
+  }
+
+  bool affine(const std::string& path, const glm::dmat4& m) {
+    if (m[0][3] == 0 && m[1][3] == 0 && m[2][3] == 0 && m[3][3] == 1) return true;
+    error(path, fmt::format("expected an affine matrix, with last row 0 0 0 1, got {} {} {} {}",
+                            m[0][3], m[1][3], m[2][3], m[3][3]));
+    return false;
   }
 
   template <class Body>
@@ -453,9 +471,12 @@ class Checker {
   }
 
   void camera() {
-    const Camera& c = scene_.camera;
-    number("camera.fov", c.fov, limits::fov);
-    numbers("camera.resolution", c.resolution, 2, limits::pixels);
+    const scene::Camera& c = scene_.camera;
+    if (c.projection == Projection::perspective) lens(c);
+    if (c.projection == Projection::orthographic) number("camera.width", c.width, limits::size);
+    if (numbers("camera.resolution", c.resolution, 2, limits::pixels)) crop(c);
+    number("film.filter_radius", scene_.filter_radius, limits::filter_radius);
+    if (c.matrix) return camera_matrix(*c.matrix);
     const bool upright = direction("camera.up", c.up);
     const bool placed = vector("camera.position", c.position, limits::coordinate);
     if (!vector("camera.look_at", c.look_at, limits::coordinate) || !placed) return;
@@ -469,6 +490,60 @@ class Checker {
       error("camera.up",
             "parallel to the view: no side of the picture is up; choose another direction");
     }
+  }
+
+  void lens(const scene::Camera& c) {
+    number("camera.fov", c.fov, limits::fov);
+    if (c.focal_length != 0) number("camera.focal_length", c.focal_length, limits::size);
+    number("camera.film_width", c.film_width, limits::size);
+    number("camera.aperture_radius", c.aperture_radius, limits::lens);
+    const bool focused = number("camera.focus_distance", c.focus_distance, limits::lens);
+    if (focused && c.focus_distance > 0)
+      number("camera.focus_distance", c.focus_distance, limits::size);
+    if (focused && c.focus_distance == 0 && c.aperture_radius > 0 && c.matrix)
+      error("camera.focus_distance",
+            "an open lens needs one: with a matrix there is no look_at to focus on");
+  }
+
+  void crop(const scene::Camera& c) {
+    if (c.crop == std::array{0, 0, 0, 0}) return;  // the whole picture
+    for (unsigned a = 0; a < 2; ++a) {
+      const int low = c.crop[a], high = c.crop[a + 2], end = c.resolution[a];
+      if (0 <= low && low < high && high <= end) continue;
+      error("camera.crop", fmt::format("expected 0 <= {0}0 < {0}1 <= {1}, got {2} and {3}",
+                                       axis_names[a], end, low, high));
+    }
+  }
+
+  void camera_matrix(const glm::dmat4& m) {
+    const std::string path = "camera.matrix";
+    for (int column = 0; column < 4; ++column) {
+      for (int row = 0; row < 4; ++row) {
+        const std::string element = fmt::format("{}[{}]", path, 4 * row + column);
+        if (!number(element, m[column][row], limits::coordinate)) return;
+      }
+    }
+    if (!affine(path, m)) return;
+    constexpr double tolerance = 1e-4;
+    for (int i = 0; i < 3; ++i) {
+      const double length = glm::length(glm::dvec3(m[i]));
+      if (std::abs(length - 1) > tolerance) {
+        return error(path, fmt::format("scaled: expected columns of length 1, got {:.6g} in {}; a "
+                                       "camera has no size",
+                                       length, axis_names[i]));
+      }
+    }
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3;
+      const double cosine = glm::dot(glm::dvec3(m[i]), glm::dvec3(m[j]));
+      if (std::abs(cosine) > tolerance) {
+        return error(path, fmt::format("sheared: expected perpendicular columns, {} and {} have a "
+                                       "dot product of {:.6g}",
+                                       axis_names[i], axis_names[j], cosine));
+      }
+    }
+    if (glm::determinant(glm::dmat3(m)) <= 0)
+      error(path, "mirrored: its determinant is below 0; turn one axis round");
   }
 
   void work() {
@@ -490,11 +565,13 @@ class Checker {
     const int needed = needed_illumination_order(scene_);
     if (scene_.illumination_order == -1 || scene_.illumination_order >= needed) return;
     error("photons.illumination.order",
-          fmt::format("expected {} or more (or -1: the highest there is where it matters), since a "
-                      "component scatters by {}, "
-                      "got {}",
-                      needed, needed == 2 ? "rayleigh" : "henyey_greenstein with g != 0",
-                      scene_.illumination_order));
+          fmt::format(
+              "expected {} or more (or -1: the highest there is where it matters), since a "
+              "component scatters by {}, "
+              "got {}",
+              needed,
+              needed == 2 ? "rayleigh, two_lobes or a table" : "henyey_greenstein with g != 0",
+              scene_.illumination_order));
   }
 
   void marching() {
@@ -538,13 +615,37 @@ std::string grid_problem(const scene::DenseGrid& grid) {
       std::count_if(first, grid.values.end(), bad), voxels, *first, first - grid.values.begin());
 }
 
+PhaseTableProblem phase_table_problem(const scene::PhaseTable& table) {
+  const std::vector<double>&cosines = table.cosines, &values = table.values;
+  const std::size_t rows = cosines.size();
+  if (rows != values.size() || !limits::phase_rows.contains(static_cast<double>(rows))) {
+    return {rows > 0 ? rows - 1 : 0,
+            fmt::format("expected {:g} to {:g} rows, got {}", limits::phase_rows.low,
+                        limits::phase_rows.high, std::min(rows, values.size()))};
+  }
+  for (std::size_t i = 0; i < rows; ++i) {
+    if (!limits::phase_value.contains(values[i]))
+      return {i, fmt::format("expected a value in [0, 1e30], got {}", values[i])};
+    if (i == 0 && cosines[i] != -1)
+      return {i, fmt::format("expected to begin with cosine -1, got {}", cosines[i])};
+    if (i > 0 && !(cosines[i] > cosines[i - 1]))
+      return {i, fmt::format("expected ascending cosines, got {} after {}", cosines[i],
+                             cosines[i - 1])};
+  }
+  if (cosines.back() != 1)
+    return {rows - 1, fmt::format("expected to end with cosine 1, got {}", cosines.back())};
+  if (*std::max_element(values.begin(), values.end()) <= 0)
+    return {rows - 1, "expected a value above 0, all are 0"};
+  return {};
+}
+
 int needed_illumination_order(const Scene& scene) {
   int order = 0;
   for (const scene::Component& c : scene.medium.components) {
     if (largest(c.albedo) == 0) continue;
     const auto* hg = std::get_if<HenyeyGreensteinPhase>(&c.phase);
     if (hg && hg->g != 0) order = std::max(order, 1);
-    if (std::holds_alternative<RayleighPhase>(c.phase)) order = 2;
+    if (!hg && !std::holds_alternative<IsotropicPhase>(c.phase)) order = 2;
   }
   return order;
 }
@@ -556,7 +657,11 @@ int stored_illumination_order(const Scene& scene) {
 
 std::uint64_t memory_needed(const Scene& scene) {
   // A pixel: 80 bytes of integer tallies and its four floats.
-  const std::uint64_t film = product(scene.camera.resolution) * (80 + 16);
+  const std::array<int, 4>& crop = scene.camera.crop;
+  const std::uint64_t pixels = crop[2] == 0
+                                   ? product(scene.camera.resolution)
+                                   : product(std::array{crop[2] - crop[0], crop[3] - crop[1]});
+  const std::uint64_t film = pixels * (80 + 16);
 
   // A cell: RGB coefficients and the matter as 64-bit integers, and the same once more as floats.
   const int order = stored_illumination_order(scene);

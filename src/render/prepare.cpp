@@ -9,9 +9,11 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "render/camera.h"
 #include "render/emission.h"
 #include "render/lights.h"
 #include "render/majorants.h"
+#include "render/phase.h"
 #include "render/scene_values.h"
 #include "tyndall/render/bounds.h"
 #include "tyndall/render/check.h"
@@ -119,18 +121,6 @@ glm::dmat4 view_to_field(const scene::Field& field, const scene::Field& leader) 
   return fitted(first ? *first : *grid) * place;
 }
 
-Phase view(const scene::Phase& phase) {
-  return std::visit(
-      Overloaded{[](const scene::IsotropicPhase&) { return Phase{}; },
-                 [](const scene::HenyeyGreensteinPhase& p) {
-                   return Phase{Phase::Kind::henyey_greenstein, static_cast<float>(p.g)};
-                 },
-                 [](const scene::RayleighPhase&) {
-                   return Phase{Phase::Kind::rayleigh, 0.0f};
-                 }},
-      phase);
-}
-
 /// Local space to the field space of a view of `field`, the component's or its emission's.
 Affine local_to_view(const scene::Component& component, const scene::Field& field,
                      glm::dvec3 box_min) {
@@ -182,7 +172,6 @@ Component<AnyField> view(const scene::Component& component, glm::dvec3 box_min) 
   c.to_field = local_to_view(component, component.field, box_min);
   c.extinction = static_cast<float>(component.extinction);
   c.albedo = to_vec3f(component.albedo);
-  c.phase = view(component.phase);
   return c;
 }
 
@@ -250,22 +239,7 @@ void prepare_groups(PreparedScene& out) {
   out.groups.push_back("background");
 }
 
-// ---- Camera and film
-
-void prepare_camera(const Scene& scene, PreparedScene& out) {
-  const scene::Camera& c = scene.camera;
-  out.film_width = c.resolution[0];
-  out.film_height = c.resolution[1];
-  const SinCos half = sin_cos_turn(static_cast<float>(c.fov / 720.0));
-  // Next to 180 degrees the cosine rounds to 0, and the directions would be no numbers.
-  const double tangent = double{half.sin} / std::max(double{half.cos}, 1e-7);
-  const glm::dvec3 forward = glm::normalize(c.look_at - c.position);
-  const glm::dvec3 right = glm::normalize(glm::cross(forward, c.up));
-  const glm::dvec3 up = glm::cross(right, forward);
-  out.camera = {to_vec3f(c.position - scene.medium.box_min), to_vec3f(forward),
-                to_vec3f(tangent * right),
-                to_vec3f(tangent * c.resolution[1] / c.resolution[0] * up)};
-}
+// ---- Film
 
 /// [W/(area sr)], or more.
 double brightest_source(const Component<AnyField>& c, const Box& box) {
@@ -321,6 +295,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.emissions.reserve(scene.medium.components.size());
   for (const scene::Component& c : scene.medium.components) {
     components.push_back(view(c, scene.medium.box_min));
+    components.back().phase = prepare_phase(c.phase, out.phase_tables);
     if (const auto emission = view_emission(c, scene.medium.box_min)) {
       out.emissions.push_back(*emission);
       components.back().emission = &out.emissions.back();
@@ -393,7 +368,9 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.is_apart = scene.single_scattering == scene::SingleScattering::apart;
   prepare_lights(scene, box, threads, stop, out);
   prepare_groups(out);
-  prepare_camera(scene, out);
+  out.camera = prepare_camera(scene, out.filter_quantiles);
+  out.film_width = out.camera.window.width;
+  out.film_height = out.camera.window.height;
   out.background = to_vec3f(scene.background);
   out.film_unit = film_unit(scene, out.components, box);
   out.seed = scene.seed;

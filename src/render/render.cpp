@@ -358,6 +358,10 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
   film.hash(tallies);
   result.clamped = static_cast<std::uint64_t>(film.clamped());
   result.picture = film.picture();
+  const CropWindow& window = prepared.camera.window;
+  result.picture.left = window.left, result.picture.top = window.top;
+  result.picture.whole_width = window.whole_width;
+  result.picture.whole_height = window.whole_height;
 
   if (const auto violations = result.shoot.violations + result.gather.violations; violations > 0) {
     result.warnings.push_back(

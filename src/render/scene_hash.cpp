@@ -72,6 +72,8 @@ class SceneHasher {
   void add(const scene::IsotropicPhase&) {}
   void add(const scene::HenyeyGreensteinPhase& p) { add(p.g); }
   void add(const scene::RayleighPhase&) {}
+  void add(const scene::TwoLobesPhase& p) { (*this)(p.g1, p.g2, p.weight); }
+  void add(const scene::TabulatedPhase& p) { (*this)(p.table->cosines, p.table->values); }
   void add(const scene::NoEmission&) {}
   void add(const scene::ColorEmission& e) { (*this)(e.radiance, e.field); }
   void add(const scene::BlackbodyEmission& e) { (*this)(e.temperature, e.intensity); }
@@ -100,6 +102,11 @@ class SceneHasher {
     (*this)(l.center, l.edge_u, l.edge_v, l.radiance, l.group);
   }
   void add(const scene::SphereLight& l) { (*this)(l.center, l.radius, l.radiance, l.group); }
+  void add(const scene::Camera& c) {
+    (*this)(c.projection, c.position, c.look_at, c.up, c.matrix.has_value(),
+            c.matrix.value_or(glm::dmat4(1)), c.fov, c.focal_length, c.film_width,
+            c.aperture_radius, c.focus_distance, c.width, c.resolution, c.crop);
+  }
 
   Hasher hasher_;
 };
@@ -109,11 +116,10 @@ class SceneHasher {
 std::uint64_t scene_hash(const Scene& s) {
   SceneHasher hash;
   const scene::Medium& m = s.medium;
-  const scene::Camera& c = s.camera;
   hash(arithmetic_version, m.box_min, m.box_max, m.sides, m.majorant_resolution, m.components,
-       s.lights, c.position, c.look_at, c.up, c.fov, c.resolution, s.background, s.sampler,
-       s.marching_step, s.photons, s.illumination_resolution, s.illumination_order, s.samples,
-       s.seed, s.integrator, s.bounces, s.single_scattering);
+       s.lights, s.camera, s.filter, s.filter_radius, s.background, s.sampler, s.marching_step,
+       s.photons, s.illumination_resolution, s.illumination_order, s.samples, s.seed, s.integrator,
+       s.bounces, s.single_scattering);
   return hash.value();
 }
 

@@ -99,13 +99,26 @@ Scene lit(scene::Component c) {
 }
 
 TEST(Lanes, leave_what_single_photons_leave) {
-  const scene::Phase phases[] = {scene::IsotropicPhase{}, scene::HenyeyGreensteinPhase{0.8},
-                                 scene::HenyeyGreensteinPhase{-0.05}, scene::RayleighPhase{}};
+  const scene::Phase phases[] = {scene::IsotropicPhase{},
+                                 scene::HenyeyGreensteinPhase{0.8},
+                                 scene::HenyeyGreensteinPhase{-0.05},
+                                 scene::RayleighPhase{},
+                                 scene::TwoLobesPhase{0.8, -0.05, 0.7},
+                                 scene::TabulatedPhase{std::make_shared<scene::PhaseTable>(
+                                     scene::PhaseTable{{-1, 0.5, 0.9, 1}, {1, 0.5, 3, 20}})}};
   for (const scene::Phase& phase : phases) {
     EXPECT_GT(expect_equal(lit(component(low_variation(5), 40, 1, phase)), 0, 1000).audit.real, 0);
   }
   expect_equal(lit(component(high_variation(12), 90, 0.9)), 1000000, 1000);
   expect_equal(lit(component(low_variation(5), 20)), 5, 3);
+}
+
+TEST(Lanes, know_lenses_filters_and_parts_of_pictures) {
+  Scene scene = lit(component(low_variation(5), 40, 0.9));
+  scene.camera.aperture_radius = 0.25;
+  scene.camera.crop = {3, 5, 14, 15};
+  scene.filter = scene::Filter::blackman_harris;
+  expect_equal(scene, 0, 10);
 }
 
 TEST(Lanes, keep_the_account_of_coloured_light_that_misses_is_absorbed_and_escapes) {

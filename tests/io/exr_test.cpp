@@ -86,6 +86,21 @@ TEST_F(ExrTest, ComesBackBitForBit) {
   EXPECT_EQ(read.provenance, picture.provenance);
 }
 
+TEST_F(ExrTest, SaysWhereAPartLiesInTheWhole) {
+  Picture picture = gradient(37, 21);
+  picture.left = 100, picture.top = 200;
+  picture.whole_width = 640, picture.whole_height = 480;
+  put(encode_exr(picture));
+  const Picture read = read_exr(path_);
+  EXPECT_EQ(read.width, 37);
+  EXPECT_EQ(read.height, 21);
+  EXPECT_EQ(read.left, 100);
+  EXPECT_EQ(read.top, 200);
+  EXPECT_EQ(read.whole_width, 640);
+  EXPECT_EQ(read.whole_height, 480);
+  EXPECT_TRUE(read.rgba == picture.rgba);
+}
+
 TEST_F(ExrTest, IsTheSameEachTimeAndReadableByOldReaders) {
   const Picture picture = gradient(64, 64);
   const std::string bytes = encode_exr(picture);

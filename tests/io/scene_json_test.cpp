@@ -390,6 +390,108 @@ void collect_properties(const nlohmann::json& schema, std::set<std::string>& nam
   }
 }
 
+TEST_F(SceneJson, ReadsCamerasOfEveryKind) {
+  scene::Camera c = read(cloud).camera;
+  EXPECT_EQ(c.projection, Projection::perspective);
+  EXPECT_EQ(c.focal_length, 0.0);
+  EXPECT_EQ(c.crop, (std::array{0, 0, 0, 0}));
+  c = read(cloud, {R"(camera={"type": "perspective", "focal_length": 35, "film_width": 24,
+                      "aperture_radius": 0.5, "focus_distance": 2, "crop": [1, 2, 3, 4]})"})
+          .camera;
+  EXPECT_EQ(c.focal_length, 35.0);
+  EXPECT_EQ(c.film_width, 24.0);
+  EXPECT_EQ(c.aperture_radius, 0.5);
+  EXPECT_EQ(c.focus_distance, 2.0);
+  EXPECT_EQ(c.crop, (std::array{1, 2, 3, 4}));
+  c = read(cloud, {R"(camera={"type": "orthographic", "width": 3,
+                      "matrix": [0, 0, 1, 5, 1, 0, 0, 6, 0, 1, 0, 7, 0, 0, 0, 1]})"})
+          .camera;
+  EXPECT_EQ(c.projection, Projection::orthographic);
+  EXPECT_EQ(c.width, 3.0);
+  ASSERT_TRUE(c.matrix.has_value());
+  EXPECT_EQ((*c.matrix)[3], glm::dvec4(5, 6, 7, 1));
+  EXPECT_EQ((*c.matrix)[0], glm::dvec4(0, 1, 0, 0));
+  EXPECT_EQ(read(cloud, {"camera.type=perspective"}).camera.fov, 30.0);
+  EXPECT_EQ(read(cloud, {R"(camera={"type": "spherical"})"}).camera.projection,
+            Projection::spherical);
+  const Scene filtered = read(cloud, {"film.filter=gaussian", "film.filter_radius=2"});
+  EXPECT_EQ(filtered.filter, Filter::gaussian);
+  EXPECT_EQ(filtered.filter_radius, 2.0);
+
+  const auto says = [&](const std::string& option, const std::string& words) {
+    EXPECT_NE(failure(cloud, {option}).find(words), std::string::npos) << failure(
+        cloud, {option}) << "\n" << words;
+  };
+  says("camera.type=fisheye",
+       "camera.type: expected \"perspective\" or \"orthographic\" or "
+       "\"spherical\", got \"fisheye\"");
+  says("camera.width=3", "camera.width: unknown key");
+  says("camera.focal_length=35", "camera.focal_length: cannot be given together with \"fov\"");
+  says(R"(camera={"film_width": 36})", "camera.film_width: expected a \"focal_length\" beside it");
+  says("camera.matrix=[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]",
+       "camera.matrix: cannot be given together with \"position\"");
+  says("camera.crop=[5,0,5,9]", "camera.crop: expected 0 <= x0 < x1 <= 640, got 5 and 5");
+  says("camera.crop=[0,0,5,481]", "camera.crop: expected 0 <= y0 < y1 <= 480, got 0 and 481");
+  says("film.filter=lanczos", "film.filter: expected \"box\" or");
+  const auto matrix_says = [&](const std::string& numbers, const std::string& words) {
+    says("camera={\"matrix\":[" + numbers + "]}", "camera.matrix: " + words);
+  };
+  matrix_says("-1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1", "mirrored");
+  matrix_says("2,0,0,0,0,2,0,0,0,0,2,0,0,0,0,1",
+              "scaled: expected columns of length 1, got 2 in x");
+  matrix_says("1,0.6,0,0,0,0.8,0,0,0,0,1,0,0,0,0,1", "sheared");
+  matrix_says("1,0,0,0,0,1,0,0,0,0,1,0,1,0,0,1", "expected an affine matrix");
+  says(R"(camera={"aperture_radius":1,"matrix":[1,0,0,0,0,1,0,0,0,0,1,0,0,0,0,1]})",
+       "camera.focus_distance: an open lens needs one");
+}
+
+TEST_F(SceneJson, ReadsTabulatedPhaseFunctions) {
+  const auto read_table = [&](const std::string& text) {
+    std::ofstream(path("a.phase")) << text;
+    return failure(cloud, {R"(medium.components[0].phase={"type":"tabulated","file":"a.phase"})"});
+  };
+  ASSERT_EQ(read_table("# cosine value\n-1 2\r\n\n 0.5\t1e-3 # a dip\n1 4"), "0");
+  const Scene scene =
+      read(cloud, {R"(medium.components[0].phase={"type":"tabulated","file":"a.phase"})"});
+  const auto& table = *std::get<TabulatedPhase>(scene.medium.components[0].phase).table;
+  EXPECT_EQ(table.cosines, (std::vector<double>{-1, 0.5, 1}));
+  EXPECT_EQ(table.values, (std::vector<double>{2, 1e-3, 4}));
+  EXPECT_EQ(inputs_.back(), path("a.phase"));
+
+  const std::string at =
+      "4 -D medium.components[0].phase={\"type\":\"tabulated\",\"file\":"
+      "\"a.phase\"}: medium.components[0].phase.file: a.phase";
+  EXPECT_EQ(read_table("-1 1\n\n0.5 x\n1 1"), at + ":3: expected \"cosine value\", got \"0.5 x\"");
+  EXPECT_EQ(read_table("-1 1\n1 1 1\n"), at + ":2: expected \"cosine value\", got \"1 1 1\"");
+  EXPECT_EQ(read_table("-1 1\n1\n"), at + ":2: expected \"cosine value\", got \"1\"");
+  EXPECT_EQ(read_table("-1 1,1\n1 1"), at + ":1: expected \"cosine value\", got \"-1 1,1\"");
+  EXPECT_EQ(read_table("# nothing\n"), at + ":1: expected 2 to 65536 rows, got 0");
+  EXPECT_EQ(read_table("-0.9 1\n1 1"), at + ":1: expected to begin with cosine -1, got -0.9");
+  EXPECT_EQ(read_table("-1 1\n#\n0.9 1"), at + ":3: expected to end with cosine 1, got 0.9");
+  EXPECT_EQ(read_table("-1 1\n0.5 1\n0.5 2\n1 1"),
+            at + ":3: expected ascending cosines, got 0.5 after 0.5");
+  EXPECT_EQ(read_table("-1 1\n1 -2"), at + ":2: expected a value in [0, 1e30], got -2");
+  EXPECT_EQ(read_table("-1 1\n1 nan"), at + ":2: expected a value in [0, 1e30], got nan");
+  EXPECT_EQ(read_table("-1 0\n1 0"), at + ":2: expected a value above 0, all are 0");
+  fs::remove(path("a.phase"));
+  EXPECT_EQ(failure(cloud, {R"(medium.components[0].phase={"type":"tabulated","file":"a.phase"})"}),
+            at + ": no such file");
+}
+
+TEST_F(SceneJson, ReadsTwoLobes) {
+  const Scene scene =
+      read(cloud,
+           {R"(medium.components[0].phase={"type":"two_lobes","g1":0.7,"g2":-0.2,"weight":0.8})"});
+  const auto& phase = std::get<TwoLobesPhase>(scene.medium.components[0].phase);
+  EXPECT_EQ(phase.g1, 0.7);
+  EXPECT_EQ(phase.g2, -0.2);
+  EXPECT_EQ(phase.weight, 0.8);
+  EXPECT_NE(failure(cloud, {R"(medium.components[0].phase={"type":"two_lobes","g1":0.7,"g2":1,
+                               "weight":2})"})
+                .find("phase.weight: expected a number in [0, 1], got 2"),
+            std::string::npos);
+}
+
 TEST_F(SceneJson, SchemaAndDefaultsNameTheSameKeys) {
   const auto parsed = nlohmann::json::parse(schema());
   EXPECT_EQ(parsed["$schema"], "https://json-schema.org/draft/2020-12/schema");
@@ -397,8 +499,10 @@ TEST_F(SceneJson, SchemaAndDefaultsNameTheSameKeys) {
   collect_properties(parsed, names);
   EXPECT_EQ(names, keys_of(defaults()));
   EXPECT_GT(names.size(), 60u);
-  EXPECT_EQ(parsed["properties"]["camera"]["properties"]["fov"]["exclusiveMaximum"], 180);
-  EXPECT_EQ(parsed["properties"]["camera"]["properties"]["fov"]["default"], 45);
+  const auto& perspective = parsed["properties"]["camera"]["oneOf"][0];
+  EXPECT_EQ(perspective["properties"]["fov"]["exclusiveMaximum"], 180);
+  EXPECT_EQ(perspective["properties"]["crop"]["default"], (std::vector{0, 0, 0, 0}));
+  EXPECT_FALSE(perspective.contains("required"));  // not even a type
 }
 
 TEST_F(SceneJson, SurvivesDamagedText) {

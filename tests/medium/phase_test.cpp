@@ -4,9 +4,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "render/phase.h"
 #include "support/statistics.h"
 #include "tyndall/random/random.h"
 
@@ -21,6 +23,44 @@ struct Case {
   double mean_cosine;
 };
 
+Phase tabulated(const std::vector<double>& cosines, const std::vector<double>& values) {
+  static std::vector<std::vector<PhaseKnot>> tables;  // of all tests, to their end
+  const auto table = std::make_shared<const scene::PhaseTable>(scene::PhaseTable{cosines, values});
+  return prepare_phase(scene::TabulatedPhase{table}, tables);
+}
+
+/// Mean cosine of a table, which is linear between its rows.
+double mean_cosine_of(const std::vector<double>& cosines, const std::vector<double>& values) {
+  double sum = 0, all = 0;
+  for (std::size_t i = 1; i < cosines.size(); ++i) {
+    const double a = values[i - 1], b = values[i], width = cosines[i] - cosines[i - 1];
+    sum += width / 6 * ((2 * a + b) * cosines[i - 1] + (a + 2 * b) * cosines[i]);
+    all += width / 2 * (a + b);
+  }
+  return sum / all;
+}
+
+Case table_case(const std::string& name, const std::vector<double>& cosines,
+                const std::vector<double>& values) {
+  return {name, tabulated(cosines, values), mean_cosine_of(cosines, values)};
+}
+
+Phase two_lobes(float g1, float g2, float weight) {
+  return {Phase::Kind::two_lobes, g1, g2, weight};
+}
+
+/// Henyey-Greenstein's for g = 0.9 at uneven rows: what is tabulated is close to it.
+Case tabulated_lobe() {
+  const Phase lobe{Phase::Kind::henyey_greenstein, 0.9f};
+  std::vector<double> cosines, values;
+  const int rows = 800;
+  for (int i = 0; i <= rows; ++i) {
+    cosines.push_back(i == 0 ? -1.0 : -std::cos(exact_pi * i / rows));
+    values.push_back(1e-7 * lobe.evaluate(static_cast<float>(cosines.back())));
+  }
+  return table_case("tabulated lobe", cosines, values);
+}
+
 std::vector<Case> cases() {
   std::vector<Case> all{{"isotropic", {Phase::Kind::isotropic, 0}, 0},
                         {"Rayleigh", {Phase::Kind::rayleigh, 0}, 0}};
@@ -29,19 +69,40 @@ std::vector<Case> cases() {
     all.push_back(
         {"Henyey-Greenstein " + std::to_string(g), {Phase::Kind::henyey_greenstein, g}, g});
   }
+  all.push_back({"two lobes", two_lobes(0.8f, -0.4f, 0.7f), 0.7 * 0.8 - 0.3 * 0.4});
+  all.push_back({"a lobe and little", two_lobes(0.02f, 0.95f, 0.98f), 0.98 * 0.02 + 0.02 * 0.95});
+  all.push_back({"first lobe alone", two_lobes(-0.3f, 0.9f, 1), -0.3});
+  all.push_back({"second lobe alone", two_lobes(-0.3f, 0.9f, 0), 0.9});
+  all.push_back(table_case("even table", {-1, 1}, {3, 3}));
+  all.push_back(table_case("rising table", {-1, 1}, {0, 7}));
+  all.push_back(table_case("falling table", {-1, 1}, {1, 0}));
+  all.push_back(table_case("roof", {-1, 0, 1}, {0, 1e9, 0}));
+  all.push_back(table_case("peaks between gaps", {-1, -0.75, -0.5, 0.5, 0.50001, 0.51, 0.51001, 1},
+                           {0, 0, 1, 0, 0, 4, 0, 0}));
+  all.push_back(tabulated_lobe());
   return all;
 }
 
 // Integral over the sphere of evaluate() times f(cosine), between two angles.
 template <class F>
 double integral(const Phase& phase, F f, double from = 0, double to = exact_pi, int steps = 20000) {
-  double sum = 0;
-  for (int i = 0; i < steps; ++i) {
-    const double theta = from + (to - from) * (i + 0.5) / steps;
-    sum +=
-        phase.evaluate(static_cast<float>(std::cos(theta))) * f(std::cos(theta)) * std::sin(theta);
+  std::vector<double> ends{from, to};  // of smooth pieces
+  for (int i = 0; i < phase.knot_count; ++i) {
+    const double theta = std::acos(double{phase.knots[i].cosine});
+    if (theta > from && theta < to) ends.push_back(theta);
   }
-  return 2 * exact_pi * sum * (to - from) / steps;
+  std::sort(ends.begin(), ends.end());
+  double sum = 0;
+  for (std::size_t piece = 1; piece < ends.size(); ++piece) {
+    const double start = ends[piece - 1], length = ends[piece] - start;
+    const int n = std::max(16, static_cast<int>(steps * length / (to - from)));
+    for (int i = 0; i < n; ++i) {
+      const double theta = start + length * (i + 0.5) / n;
+      sum += phase.evaluate(static_cast<float>(std::cos(theta))) * f(std::cos(theta))
+             * std::sin(theta) * length / n;
+    }
+  }
+  return 2 * exact_pi * sum;
 }
 
 TEST(Phase, integrates_to_1_over_the_sphere) {
@@ -86,6 +147,7 @@ TEST(Phase, moments_match_quadrature) {
 
 TEST(Phase, cosines_are_within_minus_1_and_1_and_monotone) {
   for (const Case& c : cases()) {
+    if (c.phase.kind == Phase::Kind::two_lobes) continue;  // rises within each lobe
     const bool rises = c.phase.sample_cosine(0.9f) > c.phase.sample_cosine(0.1f);
     float last = rises ? -1.0f : 1.0f;
     for (std::uint32_t k = 0; k < 1u << 23; k += k < 4096 || k > (1u << 23) - 4097 ? 1 : 257) {
@@ -95,6 +157,7 @@ TEST(Phase, cosines_are_within_minus_1_and_1_and_monotone) {
       ASSERT_GE(rises ? cosine - last : last - cosine, -2e-4f) << c.name;
       last = cosine;
     }
+    if (c.phase.kind == Phase::Kind::tabulated) continue;  // may end in nothing
     EXPECT_NEAR(last, rises ? 1 : -1, 1e-4) << c.name;
   }
 }
@@ -111,6 +174,44 @@ TEST(Phase, henyey_greenstein_samples_are_exact_quantiles) {
       ASSERT_NEAR(below, u, 1e-4) << c.name;
     }
   }
+}
+
+// By the table itself, in double: the probability of what is below a sample is the number it was
+// made of, up to what single precision resolves of either.
+TEST(Phase, tabulated_samples_are_exact_quantiles) {
+  for (const Case& c : cases()) {
+    if (c.phase.kind != Phase::Kind::tabulated) continue;
+    const auto below = [&](double cosine) {
+      double sum = 0;
+      for (int i = 1; i < c.phase.knot_count; ++i) {
+        const PhaseKnot a = c.phase.knots[i - 1], b = c.phase.knots[i];
+        const double width = double{b.cosine} - a.cosine;
+        const double t = std::clamp((cosine - a.cosine) / width, 0.0, 1.0);
+        sum += 2 * exact_pi * width * t * (a.density + 0.5 * t * (b.density - a.density));
+      }
+      return sum;
+    };
+    for (int i = 0; i < 5000; ++i) {
+      const float u = (static_cast<float>(i) + 0.5f) / 5000;
+      const float cosine = c.phase.sample_cosine(u);
+      const double resolved = 1e-7 * 2 * exact_pi * c.phase.evaluate(cosine);
+      ASSERT_NEAR(below(cosine), u, 4e-7 + resolved) << c.name << " " << cosine;
+    }
+    for (int i = 0; i + 1 < c.phase.knot_count; ++i) {
+      const PhaseKnot knot = c.phase.knots[i], next = c.phase.knots[i + 1];
+      EXPECT_NEAR(c.phase.evaluate(knot.cosine), knot.density, 1e-6f * knot.density) << c.name;
+      if (i == 0 || next.below == knot.below) continue;
+      EXPECT_NEAR(c.phase.sample_cosine(knot.below), knot.cosine, 1e-6) << c.name;
+    }
+  }
+}
+
+TEST(Phase, a_table_has_rows_that_single_precision_tells_apart) {
+  const Phase phase = tabulated({-1, 0, 1 - 1e-9, 1}, {1, 1, 5, 3});
+  ASSERT_EQ(phase.knot_count, 3);
+  EXPECT_EQ(phase.knots[2].cosine, 1.0f);
+  EXPECT_NEAR(phase.evaluate(1.0f) / phase.evaluate(-1.0f), 3, 1e-6);
+  EXPECT_EQ(phase.knots[2].below, 1.0f);
 }
 
 TEST(Phase, rayleigh_samples_solve_the_cubic) {

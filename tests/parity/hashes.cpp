@@ -320,6 +320,49 @@ Scene mixed_path() {
   return s;
 }
 
+/// A part of a picture that is not all in focus.
+Scene lens() {
+  Scene s = cloud_sphere();
+  s.medium.components[0].extinction = 20.0;
+  s.camera.focal_length = 40.0;
+  s.camera.aperture_radius = 0.25;
+  s.camera.focus_distance = 2.25;
+  s.camera.crop = {3, 2, 17, 12};
+  s.filter = Filter::gaussian;
+  s.samples = 8;
+  return s;
+}
+
+/// Seen by parallel rays.
+Scene two_lobes() {
+  Scene s = grid_trilinear();
+  s.medium.components[0].phase = TwoLobesPhase{0.85, -0.35, 0.875};
+  s.camera.projection = Projection::orthographic;
+  s.camera.width = 1.25;
+  glm::dmat4 m(1.0);  // of 3-4-5 triangles
+  m[0] = {0.6, 0.0, 0.8, 0.0};
+  m[1] = {-0.64, 0.6, 0.48, 0.0};
+  m[2] = {-0.48, -0.8, 0.36, 0.0};
+  m[3] = {-0.25, -0.75, 1.0, 1.0};
+  s.camera.matrix = m;
+  return s;
+}
+
+/// Seen all around, from within.
+Scene tabulated() {
+  Scene s = mixed();
+  const PhaseTable table{{-1.0, -0.875, 0.0, 0.75, 0.96875, 0.9999, 1.0},
+                         {2.0, 0.5, 0.125, 1.0, 7.0, 300.0, 310.0}};
+  for (scene::Component& c : s.medium.components)
+    c.phase = TabulatedPhase{std::make_shared<const PhaseTable>(table)};
+  s.camera.projection = Projection::spherical;
+  s.camera.position = {0.75, 0.5, 0.25};
+  s.camera.look_at = {0.25, 0.5, 0.5};
+  s.filter = Filter::blackman_harris;
+  s.filter_radius = 2.0;
+  return s;
+}
+
 struct Named {
   const char* name;
   Scene (*make)();
@@ -345,6 +388,9 @@ constexpr Named scenes[] = {
     {"mixed_bounces", mixed_bounces},
     {"mixed_in_grid", mixed_in_grid},
     {"mixed_path", mixed_path},
+    {"lens", lens},
+    {"two_lobes", two_lobes},
+    {"tabulated", tabulated},
 };
 
 // ---- The caller's floating-point environment

@@ -73,6 +73,8 @@ TEST(Check, KnowsTheOrderThatPhaseFunctionsNeed) {
   EXPECT_EQ(needed_illumination_order(scene), 0);
   scene.medium.components[0].phase = RayleighPhase{};
   EXPECT_EQ(needed_illumination_order(scene), 2);
+  scene.medium.components[0].phase = TwoLobesPhase{};
+  EXPECT_EQ(needed_illumination_order(scene), 2);
   scene.medium.components[0].albedo = glm::dvec3(0.0);  // scatters nothing
   EXPECT_EQ(needed_illumination_order(scene), 0);
   for (const int order : {-1, 2}) {
@@ -106,6 +108,8 @@ TEST(Check, MemoryGrowsWithPicturesAndGrids) {
   const std::uint64_t small = memory_needed(scene);
   scene.camera.resolution = {10000, 10000};
   EXPECT_GT(memory_needed(scene), small + 8'000'000'000u);
+  scene.camera.crop = {5000, 5000, 5010, 5010};
+  EXPECT_LT(memory_needed(scene), small);
   scene = good();
   scene.illumination_resolution = {256, 256, 256};
   EXPECT_GT(memory_needed(scene), small + 1'500'000'000u);

@@ -57,7 +57,25 @@ Series measure(std::uint64_t n, Value&& value) {
   return series;
 }
 
+/// A peak, a gap and a floor.
+scene::Phase table() {
+  return scene::TabulatedPhase{std::make_shared<const scene::PhaseTable>(
+      scene::PhaseTable{{-1, -0.5, 0, 0.5, 0.99, 1}, {1, 0, 0, 0.5, 8, 100}})};
+}
+
 double mean_cosine(const scene::Phase& phase) {
+  if (const auto* lobes = std::get_if<scene::TwoLobesPhase>(&phase))
+    return lobes->weight * lobes->g1 + (1 - lobes->weight) * lobes->g2;
+  if (const auto* tabulated = std::get_if<scene::TabulatedPhase>(&phase)) {
+    const auto& [cosines, values] = *tabulated->table;
+    double sum = 0, all = 0;
+    for (std::size_t i = 1; i < cosines.size(); ++i) {
+      const double a = values[i - 1], b = values[i], width = cosines[i] - cosines[i - 1];
+      sum += width / 6 * ((2 * a + b) * cosines[i - 1] + (a + 2 * b) * cosines[i]);
+      all += width / 2 * (a + b);
+    }
+    return sum / all;
+  }
   const auto* hg = std::get_if<scene::HenyeyGreensteinPhase>(&phase);
   return hg ? hg->g : 0.0;
 }
@@ -69,7 +87,8 @@ TEST(Scattering, has_the_mean_cosine_of_its_phase_function_and_forwards_is_posit
        {scene::Phase(scene::HenyeyGreensteinPhase{0.95}),
         scene::Phase(scene::HenyeyGreensteinPhase{-0.95}),
         scene::Phase(scene::HenyeyGreensteinPhase{0.3}), scene::Phase(scene::IsotropicPhase{}),
-        scene::Phase(scene::RayleighPhase{})}) {
+        scene::Phase(scene::RayleighPhase{}), scene::Phase(scene::TwoLobesPhase{0.9, -0.6, 0.75}),
+        table()}) {
     for (const glm::dvec3& direction :
          {glm::dvec3(0, 0, 1), glm::dvec3(0, 0, -1), glm::dvec3(0.6, -0.3, -0.5)}) {
       Scene scene = slab(50, 1, phase);

@@ -41,6 +41,7 @@ struct Component {
   template <class Copy>
   void relocate(Copy&& copy) {
     if constexpr (requires { field.relocate(copy); }) field.relocate(copy);
+    phase.relocate(copy);
     if (!emission) return;
     Emission moved = *emission;
     moved.relocate(copy);

@@ -16,7 +16,7 @@ enum class Domain : std::uint32_t { photon = 0, pixel_sample = 1, matter = 2 };
 enum class Purpose : std::uint32_t {
   emission = 0,  ///< event 0: choice of the emitter (or place in the pixel), two for the place, tau
                  ///< of the first flight
-  aim = 1,       ///< event 0: two for the first direction
+  aim = 1,       ///< event 0: two for the first direction (or the point of the camera's lens)
   walk = 2,      ///< event n: accept, tau of the next flight, two for the next direction
   scatter = 3,   ///< event n: roulette
   place = 4,     ///< event 0: where in matter that shines, three, and whether

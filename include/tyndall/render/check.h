@@ -2,6 +2,7 @@
 /// What is wrong with a scene, in the words of its file.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <string>
@@ -28,8 +29,15 @@ Problems check(const Scene& scene);
 /// \return what is wrong with the size or the values of `grid`; empty if nothing is.
 std::string grid_problem(const scene::DenseGrid& grid);
 
+/// What is wrong with a table, and at which of its rows; an empty message if nothing is.
+struct PhaseTableProblem {
+  std::size_t row = 0;
+  std::string message;
+};
+PhaseTableProblem phase_table_problem(const scene::PhaseTable& table);
+
 /// \return order of the spherical harmonics that the phase functions of `scene` need: isotropic 0,
-/// Henyey-Greenstein 1, Rayleigh 2.
+/// Henyey-Greenstein 1, others 2.
 int needed_illumination_order(const Scene& scene);
 
 /// \return the order that is stored: the scene's, or for -1 the highest where any is needed.
@@ -67,6 +75,9 @@ inline constexpr Range remap{"a number", -1e12, 1e12};     // scale and offset o
 inline constexpr Range gamma{"a number", 0.01, 100};
 inline constexpr Range albedo{"a number", 0, 1};
 inline constexpr Range g{"a number", -0.999, 0.999};
+inline constexpr Range lobe_weight{"a number", 0, 1};
+inline constexpr Range phase_rows{"a number", 2, 65536};
+inline constexpr Range phase_value{"a number", 0, 1e30};
 inline constexpr Range light{"a number", 0, 1e18};        // of power, irradiance and radiance
 inline constexpr Range spot_angle{"degrees", 0.01, 360};  // of the whole cone
 inline constexpr Range spot_edge{"a number", 0, 1};       // share of the half angle
@@ -85,7 +96,10 @@ inline constexpr Range mesh_voxels{"an integer", 8, 4096};   // along the longes
 inline constexpr Range majorants{"an integer", 0, 256};      // per axis
 inline constexpr Range illumination{"an integer", 1, 1024};  // per axis
 inline constexpr Range order{"an integer", -1, 2};
+inline constexpr Range lens{"a number", 0, 1e9};        // [length] radius and distance of focus
 inline constexpr Range pixels{"an integer", 1, 65536};  // per axis
+inline constexpr Range crop{"an integer", 0, 65536};
+inline constexpr Range filter_radius{"a number of pixels", 0, 16};
 inline constexpr Range photons{"an integer", 1, 1e11};  // 64-bit tallies hold 2^39 initial powers
 inline constexpr Range samples{"an integer", 1, 1e6};   // per pixel
 inline constexpr Range bounces{"an integer", 0, 1e6};

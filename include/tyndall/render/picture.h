@@ -22,6 +22,8 @@ struct Picture {
   std::vector<float> rgba;  ///< 4 width height values
   std::vector<PictureLayer> layers;
   std::vector<std::pair<std::string, std::string>> provenance;  ///< for the file's header, in order
+  int left = 0, top = 0;                  ///< of a part of a picture: where it lies in the whole
+  int whole_width = 0, whole_height = 0;  ///< and the size of that; 0: this is no part
 };
 
 }  // namespace tyndall

@@ -33,16 +33,16 @@ struct PreparedScene {
   AnyMedium medium;
   AnySampler sampler;
   std::vector<Emitter> emitters;
-  PinholeCamera camera;
+  Camera camera;
   std::vector<DirectLight> direct_lights;  ///< those that rays may meet first
   std::vector<std::string> light_groups;   ///< names, in the order of the scene's lights
   Vec3f background{0, 0, 0};               ///< [W/(area sr)] that the camera sees behind everything
-  std::vector<std::string> groups;  ///< whose light is kept apart: light_groups, that of matter
-                                    ///< that shines, if any, and the background's; or none
-  bool has_grid = true;             ///< false: paths alone
-  bool is_apart = true;             ///< the grid lacks direct_lights scattered once
-  int bounces = 0;                  ///< before the grid is read
-  int film_width = 1, film_height = 1;
+  std::vector<std::string> groups;      ///< whose light is kept apart: light_groups, that of matter
+                                        ///< that shines, if any, and the background's; or none
+  bool has_grid = true;                 ///< false: paths alone
+  bool is_apart = true;                 ///< the grid lacks direct_lights scattered once
+  int bounces = 0;                      ///< before the grid is read
+  int film_width = 1, film_height = 1;  ///< of the crop
   float film_unit = 1;
   IlluminationCells cells;
   Vec3f cell_size{1, 1, 1};
@@ -66,6 +66,8 @@ struct PreparedScene {
   std::vector<Emission> emissions;                      ///< that they have; never resized
   std::vector<std::vector<std::uint32_t>> glow_tables;  ///< that emitters have
   std::vector<std::vector<std::uint32_t>> sky_tables;   ///< that lights have
+  std::vector<std::vector<PhaseKnot>> phase_tables;     ///< that components have
+  std::vector<float> filter_quantiles;                  ///< that the camera has
 };
 
 /// \param threads for the bounds. \param progress told the share done, by the calling thread.

@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -126,7 +127,21 @@ struct HenyeyGreensteinPhase {
   double g = 0.0;  ///< mean cosine, in (-1, 1)
 };
 struct RayleighPhase {};
-using Phase = std::variant<IsotropicPhase, HenyeyGreensteinPhase, RayleighPhase>;
+/// Two lobes of Henyey and Greenstein's together.
+struct TwoLobesPhase {
+  double g1 = 0.8, g2 = -0.3;  ///< mean cosines, in (-1, 1)
+  double weight = 0.9;         ///< share of the first, in [0, 1]
+};
+/// Linear in the cosine between its rows, in any unit.
+struct PhaseTable {
+  std::vector<double> cosines;  ///< ascending from -1 to 1
+  std::vector<double> values;   ///< [any] of as many, 0 or above
+};
+struct TabulatedPhase {
+  std::shared_ptr<const PhaseTable> table;
+};
+using Phase = std::variant<IsotropicPhase, HenyeyGreensteinPhase, RayleighPhase, TwoLobesPhase,
+                           TabulatedPhase>;
 
 /// Matter emits as it absorbs: per length, extinction (1 - albedo) times these radiances
 /// [W/(area sr)]. The fields are in the space of the component's own; where that is a grid of a
@@ -219,12 +234,41 @@ struct SphereLight {
 using Light = std::variant<PointLight, DirectionalLight, EnvironmentLight, SpotLight,
                            RectangleLight, SphereLight>;
 
+enum class Projection {
+  perspective,
+  orthographic,  ///< parallel rays from the plane through the camera
+  spherical,     ///< all directions: longitude across, latitude down
+};
+
 struct Camera {
+  Projection projection = Projection::perspective;
   glm::dvec3 position{0.5, 0.5, -2.0};
   glm::dvec3 look_at{0.5, 0.5, 0.5};
   glm::dvec3 up{0.0, 1.0, 0.0};
-  double fov = 45.0;  ///< [degree] full angle across the picture's width
+  /// Instead of the three: camera to world, no scale. The camera looks along -z, x is to the right,
+  /// y upwards; glm's column order.
+  std::optional<glm::dmat4> matrix;
+
+  // Perspective:
+  double fov = 45.0;          ///< [degree] full angle across the picture's width
+  double focal_length = 0.0;  ///< instead of `fov`, where above 0, in the unit of film_width
+  double film_width = 36.0;
+  double aperture_radius = 0.0;  ///< [length] of the thin lens; 0: a pinhole
+  double focus_distance = 0.0;   ///< [length] along the view to the plane in focus; 0: look_at's
+
+  double width = 1.0;  ///< [length] orthographic: across the picture
+
   std::array<int, 2> resolution{512, 512};
+  /// x0, y0, x1, y1 [pixel] of the part that is rendered, without x1 and y1; all 0: the whole.
+  std::array<int, 4> crop{0, 0, 0, 0};
+};
+
+/// How a pixel weighs the light around its middle: a product of the same function of x and of y,
+/// from -radius to radius.
+enum class Filter {
+  box,
+  gaussian,         ///< the radius is 3 standard deviations
+  blackman_harris,  ///< 4 terms [Harris1978]
 };
 
 /// How light gets into the picture.
@@ -258,7 +302,9 @@ struct Scene {
   int bounces = 0;             ///< of the camera's paths before they read the grid
   SingleScattering single_scattering = SingleScattering::apart;
   std::uint64_t seed = 1;
-  double exposure = 0.0;  ///< [EV] of the PNG preview only
+  Filter filter = Filter::box;
+  double filter_radius = 0.0;  ///< [pixel] 0: 0.5 of a box, 1.5 of the others
+  double exposure = 0.0;       ///< [EV] of the PNG preview only
 };
 
 }  // namespace tyndall::scene

@@ -311,7 +311,7 @@ template <class Medium, class Sampler>
 struct GatherPass {
   Medium medium;
   Sampler sampler;
-  PinholeCamera camera;
+  Camera camera;
   IlluminationField illumination;  ///< numerator: null for none
   DirectLights lights;
   Vec3f background;  ///< [W/(area sr)] that the camera sees where nothing else is
@@ -324,7 +324,7 @@ struct GatherPass {
   static constexpr Domain domain = Domain::pixel_sample;
 
   TYN_HD void operator()(std::uint64_t index) const {
-    const RandomStream random{seed, index, domain};
+    const RandomStream random{seed, stream(index), domain};
     Sight sight;
     Path path;
     Audit audit;
@@ -338,20 +338,17 @@ struct GatherPass {
     deposit_audit(account->audit, audit);
   }
 
+  /// \return whose random numbers sample `index` has.
+  TYN_HD std::uint64_t stream(std::uint64_t index) const { return camera.window.stream(index); }
+
   // What becomes of a sample, for every driver. They return false where it is complete; otherwise
   // `path` is its next flight.
 
   TYN_HD bool begin(Sight& sight, const RandomStream& random, Path& path) const {
     sight = {};
-    sight.pixel = random.index % film.pixel_count();
+    sight.pixel = camera.window.pixel(random.index);
     const RandomBlock first = random.block(0, Purpose::emission);
-    const float column = static_cast<float>(sight.pixel % static_cast<std::uint64_t>(film.width));
-    const float row = static_cast<float>(sight.pixel / static_cast<std::uint64_t>(film.width));
-    path = {camera.ray((column + uniform(first.a)) / static_cast<float>(film.width),
-                       (row + uniform(first.b)) / static_cast<float>(film.height)),
-            exponential(first.d),
-            0,
-            {}};
+    path = {camera.sample(random, first), exponential(first.d), 0, {}};
     sight.onward = path.ray;
     if (enter(medium.whole.box, path.ray)) return true;
     see_lights(sight, sight.onward.direction, largest_float);

@@ -1,0 +1,15 @@
+/// \file
+/// Tabulated phase functions: text, a row "cosine value" a line, '#' begins a comment.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "tyndall/render/scene.h"
+
+namespace tyndall::io {
+
+/// \throws Error(input_missing) with the line of what is wrong.
+std::shared_ptr<const scene::PhaseTable> read_phase_file(const std::string& path);
+
+}  // namespace tyndall::io
