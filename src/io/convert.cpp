@@ -118,7 +118,7 @@ void refuse_media(const Scene& scene, const std::vector<std::string>& phases, Re
       return fmt::format("medium.components[{}].{}", i, name);
     };
     if (!std::holds_alternative<scene::NoEmission>(c.emission))
-      refusals.add(key("emission"), "is given no matter that shines by this conversion");
+      refusals.add(key("emission"), "would be given this matter without its light");
     if (c.albedo != first.albedo)
       refusals.add(key("albedo"),
                    fmt::format("has one medium in one place: the components must have the albedo "
