@@ -13,9 +13,11 @@
 #include <CLI/CLI.hpp>
 
 #include "app/console.h"
+#include "app/convert_command.h"
 #include "app/memory.h"
 #include "app/render_command.h"
 #include "app/signals.h"
+#include "io/convert.h"
 #include "io/info.h"
 #include "io/scene_json.h"
 #include "tyndall/render/check.h"
@@ -31,6 +33,7 @@ constexpr const char* examples = R"(Examples:
   tyndall render cloud.json --photons 1e6 --samples 4 -D 'camera.resolution=[256,256]'
   tyndall validate cloud.json                        finds every error of a scene
   tyndall info smoke.vdb                             lists grids, and what a scene writes to use them
+  tyndall convert cloud.json -o cloud.py             the scene for Mitsuba 3; cloud.pbrt: for pbrt-v4
   tyndall defaults                                   lists every key of a scene with its default
 
 )";
@@ -52,19 +55,21 @@ std::string version() {
 
 constexpr std::uint64_t most_count = std::numeric_limits<std::uint64_t>::max();
 
-/// Takes a number of things up to `most`, "2000000" or "2e6", and rewrites it as plain digits.
-CLI::Validator count(std::uint64_t most, const std::string& expected) {
+/// Takes a number of things from `least` to `most`, "2000000" or "2e6", and rewrites it as plain
+/// digits.
+CLI::Validator count(std::uint64_t most, const std::string& expected, std::uint64_t least = 0) {
   const auto rewrite = [=](std::string& text) -> std::string {
     const char* end = text.data() + text.size();
     std::uint64_t digits = 0;
     if (const auto [stop, error] = std::from_chars(text.data(), end, digits);
-        error == std::errc() && stop == end && digits <= most)
+        error == std::errc() && stop == end && digits >= least && digits <= most)
       return "";
     double value = -1.0;
     const auto [stop, error] = std::from_chars(text.data(), end, value);
     const bool whole = error == std::errc() && stop == end && value >= 0.0 && value < 0x1p64
                        && value == std::floor(value);
-    if (!whole || static_cast<std::uint64_t>(value) > most)
+    if (!whole || static_cast<std::uint64_t>(value) > most
+        || static_cast<std::uint64_t>(value) < least)
       return fmt::format("expected {}, got '{}'", expected, text);
     text = fmt::format("{}", static_cast<std::uint64_t>(value));
     return "";
@@ -72,8 +77,8 @@ CLI::Validator count(std::uint64_t most, const std::string& expected) {
   return {rewrite, ""};
 }
 
-CLI::Validator count(std::uint64_t most = most_count) {
-  return count(most, fmt::format("an integer in [0, {}]", most));
+CLI::Validator count(std::uint64_t most = most_count, std::uint64_t least = 0) {
+  return count(most, fmt::format("an integer in [{}, {}]", least, most), least);
 }
 
 /// A number whose range the scene's check knows best: here it is only read.
@@ -148,13 +153,28 @@ int run(int argc, char** argv) {
       ->required()
       ->type_name("");
   info->add_flag("--json", as_json, "The same as JSON");
+  CLI::App* convert = app.add_subcommand("convert", "Writes a scene for pbrt-v4 or Mitsuba 3");
+  ConvertArguments conversion;
+  add_scene(*convert, conversion.scene, conversion.overrides);
+  convert
+      ->add_option("-o,--output", conversion.output,
+                   "Scene to write: .pbrt, or .py for Mitsuba; grids lie beside it")
+      ->required()
+      ->type_name("FILE");
+  conversion.voxels = io::default_voxels;
+  convert
+      ->add_option(
+          "--voxels", conversion.voxels,
+          fmt::format("Along the longest side of what is sampled ({})", io::default_voxels))
+      ->type_name("N")
+      ->transform(count(io::most_voxels, io::least_voxels));
   CLI::App* schema = app.add_subcommand("schema", "Prints the JSON Schema of scenes");
   CLI::App* defaults =
       app.add_subcommand("defaults", "Prints every key of a scene with its default");
   CLI::App* help = app.add_subcommand("help", "Prints this help, or that of a command");
   std::string topic;
   help->add_option("COMMAND", topic, "")
-      ->check(CLI::IsMember({"render", "validate", "info", "schema", "defaults"}));
+      ->check(CLI::IsMember({"render", "validate", "info", "convert", "schema", "defaults"}));
 
   try {
     app.parse(argc, argv);
@@ -179,6 +199,7 @@ int run(int argc, char** argv) {
     print(fmt::format("{}: valid\n", arguments.scene));
   }
   if (*info) print(io::info(described, as_json));
+  if (*convert) convert_command(conversion);
   if (*schema) print(io::schema());
   if (*defaults) print(io::defaults());
   if (*help) {

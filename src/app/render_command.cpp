@@ -95,19 +95,6 @@ void refuse_repeats(const std::vector<std::string>& outputs) {
   }
 }
 
-/// No output may replace what the picture is made of.
-void refuse_inputs(const std::vector<std::string>& inputs,
-                   const std::vector<std::string>& outputs) {
-  for (const std::string& path : outputs) {
-    for (const std::string& input : inputs) {
-      std::error_code error;
-      if (!fs::equivalent(input, path, error)) continue;
-      const bool scene = input == inputs.front();
-      usage_error(fmt::format("{}: is {}", path, scene ? "the scene itself" : "read by the scene"));
-    }
-  }
-}
-
 // ---- Devices. ----
 
 struct DeviceName {
@@ -184,6 +171,18 @@ std::string known_formats() {
   std::vector<std::string> names;
   for (const Format& format : formats) names.push_back(format.extension);
   return fmt::format("{}", fmt::join(names, ", "));
+}
+
+void refuse_inputs(const std::vector<std::string>& inputs,
+                   const std::vector<std::string>& outputs) {
+  for (const std::string& path : outputs) {
+    for (const std::string& input : inputs) {
+      std::error_code error;
+      if (!fs::equivalent(input, path, error)) continue;
+      const bool scene = input == inputs.front();
+      usage_error(fmt::format("{}: is {}", path, scene ? "the scene itself" : "read by the scene"));
+    }
+  }
 }
 
 void render_command(const RenderArguments& arguments) {

@@ -27,4 +27,7 @@ void render_command(const RenderArguments& arguments);
 /// \return the formats of this build, e.g. ".exr, .png, .pfm".
 std::string known_formats();
 
+/// No output may replace what the scene is made of. \throws Error(usage)
+void refuse_inputs(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
+
 }  // namespace tyndall::app

@@ -213,6 +213,30 @@ TEST_F(CliTest, ReplacesNoGridThatTheSceneReads) {
   EXPECT_EQ(run({"render", "scene.json", "-D", grid, "-o", "b.pfm"}).code, 0);
 }
 
+TEST_F(CliTest, ConvertsScenes) {
+  const std::string sphere = R"(medium.components[0].field={"type": "sphere"})";
+  const Outcome outcome = run({"convert", "scene.json", "-D", sphere, "-o", "mitsuba.py"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
+  EXPECT_EQ(outcome.err, "written  mitsuba.vol\nwritten  mitsuba.py\n");
+  EXPECT_NE(contents(folder_ / "mitsuba.py").find("mitsuba.vol"), std::string::npos);
+  EXPECT_EQ(fs::file_size(folder_ / "mitsuba.vol"), 48u + 4u * 256 * 256 * 256);
+  EXPECT_EQ(run({"convert", "scene.json", "-D", sphere, "--voxels", "2e1", "-o", "a.py"}).code, 0);
+  EXPECT_EQ(fs::file_size(folder_ / "a.vol"), 48u + 4u * 20 * 20 * 20);
+  EXPECT_EQ(run({"convert", "scene.json", "-o", "a.pbrt"}).code, 0);
+  expect_error({"convert", "scene.json"}, 2, "--output");
+  expect_error({"convert", "scene.json", "-o", "none/a.py"}, 5, "none/a.py");
+
+  // The grid beside the output must not be the one that the scene reads.
+  const std::string density(32, '\0');
+  std::ofstream(folder_ / "b.vol", std::ios::binary) << density;
+  const std::string grid =
+      R"(medium.components[0].field={"type": "grid", "size": [2, 2, 2], "file": "b.vol"})";
+  expect_error({"convert", "scene.json", "-D", grid, "-o", "b.py"}, 2, "read by the scene");
+  EXPECT_EQ(contents(folder_ / "b.vol"), density);
+  EXPECT_FALSE(fs::exists(folder_ / "b.py"));
+}
+
 TEST_F(CliTest, FindsBadInputAndOutputBeforeItRenders) {
   const std::string hours = "100000000000";  // photons: these would not come back in time
   expect_error({"render", "none.json", "--photons", hours}, 4, "none.json");

@@ -1,0 +1,200 @@
+#include "io/convert.h"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include <fmt/format.h>
+
+#include "io/convert_parts.h"
+#include "io/json_text.h"
+#include "tyndall/render/error.h"
+#include "tyndall/render/prepare.h"
+#include "tyndall/render/volume.h"
+
+namespace tyndall::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The components that do something.
+std::vector<std::size_t> matter_of(const Scene& scene) {
+  std::vector<std::size_t> indices;
+  for (std::size_t i = 0; i < scene.medium.components.size(); ++i)
+    if (scene.medium.components[i].extinction > 0) indices.push_back(i);
+  return indices;
+}
+
+bool is_everywhere(const scene::Component& c) {
+  const auto* solid = std::get_if<scene::Solid>(&c.field);
+  return solid && std::holds_alternative<scene::Everywhere>(solid->body);
+}
+
+/// \return whether the densities of the grid are its values, but for a factor.
+bool is_linear(const scene::SparseGrid& grid) {
+  const Volume& v = *grid.volume;
+  const scene::Remap& r = grid.remap;
+  return v.type() == nanovdb::GridType::Float && !v.is_level_set() && v.background() == 0
+         && grid.interpolation == scene::Interpolation::trilinear && r.offset == 0 && r.gamma == 1
+         && r.scale > 0 && r.scale * v.minimum() >= r.low && r.scale * v.maximum() <= r.high;
+}
+
+/// Field space to world space stretches and moves only.
+bool is_along_axes(const glm::dmat4& m) {
+  for (int c = 0; c < 3; ++c)
+    for (int r = 0; r < 3; ++r)
+      if (r == c ? m[c][r] <= 0 : m[c][r] != 0) return false;
+  return true;
+}
+
+/// The box of the super-voxels that may hold matter, or the whole where there are none.
+void shrink_to_matter(const Scene& scene, const MajorantTables& tables, OneMedium& medium) {
+  const glm::dvec3 n(tables.nx, tables.ny, tables.nz);
+  glm::dvec3 first = n, last(0.0);
+  std::size_t cell = 0;
+  for (int k = 0; k < tables.nz; ++k)
+    for (int j = 0; j < tables.ny; ++j)
+      for (int i = 0; i < tables.nx; ++i, ++cell) {
+        if (!(tables.total[cell] > 0)) continue;
+        first = glm::min(first, glm::dvec3(i, j, k));
+        last = glm::max(last, glm::dvec3(i + 1, j + 1, k + 1));
+      }
+  if (first.x >= last.x) return;
+  const glm::dvec3 extent = scene.medium.box_max - scene.medium.box_min;
+  medium.low = scene.medium.box_min + first / n * extent;
+  medium.high = scene.medium.box_min + last / n * extent;
+}
+
+/// Voxels of about equal edges.
+std::array<int, 3> grid_size(glm::dvec3 extent, int voxels) {
+  const double longest = std::max({extent.x, extent.y, extent.z});
+  const auto along = [&](double side) {
+    return std::max(1, static_cast<int>(std::ceil(voxels * side / longest - 1e-6)));
+  };
+  return {along(extent.x), along(extent.y), along(extent.z)};
+}
+
+void sample(const PreparedScene& prepared, glm::dvec3 box_min, int threads, Sampled& grid) {
+  const auto [nx, ny, nz] = grid.size;
+  grid.sigma_t.resize(static_cast<std::size_t>(nx) * ny * nz);
+  const glm::dvec3 step = (grid.high - grid.low) / glm::dvec3(nx, ny, nz);
+  const auto rows = static_cast<std::uint64_t>(ny) * static_cast<std::uint64_t>(nz);
+  parallel_for(0, rows, 16, threads, [&](std::uint64_t begin, std::uint64_t end) {
+    for (std::uint64_t row = begin; row < end; ++row) {
+      const auto y = static_cast<double>(row % static_cast<std::uint64_t>(ny)),
+                 z = static_cast<double>(row / static_cast<std::uint64_t>(ny));
+      float* out = &grid.sigma_t[row * static_cast<std::uint64_t>(nx)];
+      for (int x = 0; x < nx; ++x) {
+        const glm::dvec3 p = grid.low - box_min + step * (glm::dvec3(x, y, z) + 0.5);
+        const Vec3f local{static_cast<float>(p.x), static_cast<float>(p.y),
+                          static_cast<float>(p.z)};
+        for (const Component<AnyField>& c : prepared.components) out[x] += c.sigma_t(local);
+      }
+    }
+  });
+}
+
+}  // namespace
+
+void Refusals::add(const std::string& key, const std::string& why) {
+  lines_ += fmt::format("{}{}: {}: {} {}", lines_.empty() ? "" : "\n", scene_, key, renderer_, why);
+}
+
+void Refusals::throw_if_any() const {
+  if (!lines_.empty()) throw Error(ExitCode::scene_invalid, lines_);
+}
+
+void refuse_media(const Scene& scene, const std::vector<std::string>& phases, Refusals& refusals) {
+  const scene::Medium& medium = scene.medium;
+  for (const scene::Side side : medium.sides)
+    if (side != scene::Side::open) {
+      refusals.add("medium.sides", "has no periodic sides");
+      break;
+    }
+  const std::vector<std::size_t> matter = matter_of(scene);
+  for (const std::size_t i : matter) {
+    const scene::Component &c = medium.components[i], &first = medium.components[matter[0]];
+    const auto key = [&](const char* name) {
+      return fmt::format("medium.components[{}].{}", i, name);
+    };
+    if (!std::holds_alternative<scene::NoEmission>(c.emission))
+      refusals.add(key("emission"), "would be given this matter without its light");
+    if (c.albedo != first.albedo)
+      refusals.add(key("albedo"),
+                   fmt::format("has one medium in one place: the components must have the albedo "
+                               "of components[{}]",
+                               matter[0]));
+    if (phases[i] != phases[matter[0]])
+      refusals.add(key("phase"),
+                   fmt::format("has one medium in one place: the components must have the phase "
+                               "function of components[{}]",
+                               matter[0]));
+  }
+}
+
+OneMedium one_medium(const Scene& scene, const std::vector<std::string>& phases,
+                     const SampledAt& sampling, bool reads_volumes) {
+  OneMedium out;
+  out.low = scene.medium.box_min;
+  out.high = scene.medium.box_max;
+  const std::vector<std::size_t> matter = matter_of(scene);
+  if (matter.empty()) return out;
+  const scene::Component& first = scene.medium.components[matter[0]];
+  out.albedo = first.albedo;
+  out.phase = phases[matter[0]];
+
+  if (std::all_of(matter.begin(), matter.end(),
+                  [&](std::size_t i) { return is_everywhere(scene.medium.components[i]); })) {
+    double sum = 0;
+    for (const std::size_t i : matter) sum += scene.medium.components[i].extinction;
+    out.matter = Homogeneous{sum};
+    return out;
+  }
+
+  const PreparedScene prepared = prepare(scene, sampling.threads);
+  shrink_to_matter(scene, prepared.tables, out);
+  const bool alone = matter.size() == 1;
+  if (const auto* volume = std::get_if<scene::SparseGrid>(&first.field);
+      volume && alone && reads_volumes && is_linear(*volume)) {
+    out.matter = Stored{volume->volume, first.transform * fitted(*volume),
+                        first.extinction * volume->remap.scale};
+    return out;
+  }
+  Sampled grid{grid_size(out.high - out.low, sampling.voxels), out.low, out.high, {}};
+  if (const auto* dense = std::get_if<scene::DenseGrid>(&first.field);
+      dense && alone && is_along_axes(first.transform)) {  // its own voxels, and its own end
+    const glm::dmat4& m = first.transform;
+    const glm::dvec3 low(m[3]), high = low + glm::dvec3(m[0][0], m[1][1], m[2][2]);
+    grid = {dense->size, low, high, {}};
+    out.low = glm::max(out.low, low);
+    out.high = glm::min(out.high, high);
+  }
+  sample(prepared, scene.medium.box_min, sampling.threads, grid);
+  out.matter = std::move(grid);
+  return out;
+}
+
+std::string quoted(const std::string& name) {
+  return Json(name).dump(-1, ' ', false, Json::error_handler_t::replace);
+}
+
+std::string listed(glm::dvec3 v, const char* separator) {
+  return fmt::format("{}{}{}{}{}", v.x, separator, v.y, separator, v.z);
+}
+
+std::string beside(const std::string& path, const char* extension) {
+  return fs::path(path).replace_extension(extension).string();
+}
+
+std::vector<ConvertedFile> convert(const SceneFile& scene, const std::string& path, int voxels,
+                                   int threads) {
+  const fs::path extension = fs::path(path).extension();
+  const SampledAt sampling{voxels, threads};
+  if (extension == ".pbrt") return convert_to_pbrt(scene, path, sampling);
+  if (extension == ".py") return convert_to_mitsuba(scene, path, sampling);
+  throw Error(
+      ExitCode::usage,
+      fmt::format("{}: expected the name of a .pbrt scene or of a .py script for Mitsuba", path));
+}
+
+}  // namespace tyndall::io

@@ -1,0 +1,91 @@
+/// \file
+/// What the converters share: the one medium that other renderers have in one place, and the list
+/// of what they lack.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
+
+#include "io/convert.h"
+
+namespace tyndall::io {
+
+/// All that cannot be converted, in one error.
+class Refusals {
+ public:
+  /// \param why completes a sentence that begins with the name of the renderer.
+  Refusals(std::string scene, std::string renderer)
+      : scene_(std::move(scene)), renderer_(std::move(renderer)) {}
+
+  void add(const std::string& key, const std::string& why);
+  /// \throws Error(scene_invalid)
+  void throw_if_any() const;
+
+ private:
+  std::string scene_, renderer_, lines_;
+};
+
+/// The same extinction throughout.
+struct Homogeneous {
+  double sigma_t = 0;  ///< [1/length]
+};
+/// Extinctions at the centres of the voxels of an axis-parallel box, x fastest, between them
+/// trilinear.
+struct Sampled {
+  std::array<int, 3> size{1, 1, 1};
+  glm::dvec3 low{0.0}, high{1.0};
+  std::vector<float> sigma_t;  ///< [1/length]
+};
+/// A grid of a file as it is.
+struct Stored {
+  std::shared_ptr<const Volume> volume;
+  glm::dmat4 to_world{1.0};  ///< from the grid's own world space
+  double sigma_t = 0;        ///< [1/length] at value 1
+};
+
+/// The sum of the components of a scene, all of one albedo and phase function.
+struct OneMedium {
+  glm::dvec3 low{0.0}, high{1.0};  ///< the box that it ends in, in world space
+  glm::dvec3 albedo{1.0};
+  std::string phase;  ///< in the other renderer's words
+  std::variant<Homogeneous, Sampled, Stored> matter;
+
+  bool contains(glm::dvec3 p) const {
+    return p.x > low.x && p.y > low.y && p.z > low.z && p.x < high.x && p.y < high.y
+           && p.z < high.z;
+  }
+};
+
+struct SampledAt {
+  int voxels = default_voxels;  ///< along the longest side
+  int threads = 0;
+};
+
+/// What can be known before anything is sampled. \param phases one per component, in the other
+/// renderer's words.
+void refuse_media(const Scene& scene, const std::vector<std::string>& phases, Refusals& refusals);
+
+/// Of a scene that refuse_media() lets pass. \param reads_volumes whether the renderer reads grids
+/// of floats from NanoVDB files.
+OneMedium one_medium(const Scene& scene, const std::vector<std::string>& phases,
+                     const SampledAt& sampling, bool reads_volumes);
+
+/// \return the name as a string literal of C, Python and pbrt.
+std::string quoted(const std::string& name);
+/// "0.5, 1, 2"
+std::string listed(glm::dvec3 v, const char* separator = ", ");
+/// Where `path` ends in a folder: what stands before the extension, with another one.
+std::string beside(const std::string& path, const char* extension);
+
+std::vector<ConvertedFile> convert_to_pbrt(const SceneFile& file, const std::string& path,
+                                           const SampledAt& sampling);
+std::vector<ConvertedFile> convert_to_mitsuba(const SceneFile& file, const std::string& path,
+                                              const SampledAt& sampling);
+
+}  // namespace tyndall::io

@@ -1,0 +1,552 @@
+// Scenes for other renderers: what is in them, that it can be read, and what is refused.
+#include "io/convert.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <glm/geometric.hpp>
+
+#include "support/scenes.h"
+#include "support/volumes.h"
+#include "tyndall/render/error.h"
+#include "tyndall/render/prepare.h"
+#include "tyndall/render/volume.h"
+
+namespace tyndall::io {
+namespace {
+
+namespace fs = std::filesystem;
+
+// ---- What pbrt reads
+
+struct Parameter {
+  std::string type;
+  std::vector<std::string> values;
+
+  std::vector<double> numbers() const {
+    std::vector<double> out;
+    for (const std::string& v : values) out.push_back(std::stod(v));
+    return out;
+  }
+};
+
+struct Directive {
+  std::string name;
+  std::vector<std::string> words;  // strings and numbers before the parameters
+  std::map<std::string, Parameter> parameters;
+};
+
+/// Words, numbers, brackets, and strings with their opening quote.
+std::vector<std::string> pbrt_tokens(const std::string& text) {
+  std::vector<std::string> tokens;
+  for (std::size_t i = 0; i < text.size();) {
+    const char c = text[i];
+    if (std::isspace(static_cast<unsigned char>(c))) {
+      ++i;
+    } else if (c == '#') {
+      i = std::min(text.find('\n', i), text.size());
+    } else if (c == '[' || c == ']') {
+      tokens.emplace_back(1, text[i++]);
+    } else if (c == '"') {
+      const std::size_t end = text.find('"', i + 1);
+      if (end == text.npos) throw std::runtime_error("a string without end");
+      tokens.push_back(text.substr(i, end - i));
+      i = end + 1;
+    } else {
+      const std::size_t end = std::min(text.find_first_of(" \t\n[]\"#", i), text.size());
+      tokens.push_back(text.substr(i, end - i));
+      i = end;
+    }
+  }
+  return tokens;
+}
+
+bool is_number(const std::string& token) {
+  char* end = nullptr;
+  const double value = std::strtod(token.c_str(), &end);
+  return !token.empty() && *end == '\0' && std::isfinite(value);
+}
+
+/// \throws std::runtime_error where pbrt would stop.
+std::vector<Directive> parse_pbrt(const std::string& text) {
+  const std::vector<std::string> tokens = pbrt_tokens(text);
+  const auto fail = [](const std::string& why) -> void { throw std::runtime_error(why); };
+  // Strings and numbers that a directive begins with, and whether parameters follow.
+  struct Form {
+    std::size_t strings, numbers;
+    bool parameters;
+    enum { anywhere, options, world } where;
+  };
+  const std::map<std::string, Form> forms = {{"Film", {1, 0, true, Form::options}},
+                                             {"PixelFilter", {1, 0, true, Form::options}},
+                                             {"Sampler", {1, 0, true, Form::options}},
+                                             {"Integrator", {1, 0, true, Form::options}},
+                                             {"Camera", {1, 0, true, Form::options}},
+                                             {"WorldBegin", {0, 0, false, Form::options}},
+                                             {"Scale", {0, 3, false, Form::anywhere}},
+                                             {"LookAt", {0, 9, false, Form::anywhere}},
+                                             {"Transform", {0, 16, false, Form::anywhere}},
+                                             {"Identity", {0, 0, false, Form::anywhere}},
+                                             {"MakeNamedMedium", {1, 0, true, Form::anywhere}},
+                                             {"MediumInterface", {2, 0, false, Form::anywhere}},
+                                             {"AttributeBegin", {0, 0, false, Form::world}},
+                                             {"AttributeEnd", {0, 0, false, Form::world}},
+                                             {"LightSource", {1, 0, true, Form::world}},
+                                             {"Material", {1, 0, true, Form::world}},
+                                             {"Shape", {1, 0, true, Form::world}}};
+  std::vector<Directive> out;
+  std::set<std::string> media{""};
+  bool in_world = false;
+  int depth = 0;
+  for (std::size_t i = 0; i < tokens.size();) {
+    Directive d{tokens[i++], {}, {}};
+    const auto form = forms.find(d.name);
+    if (form == forms.end()) fail("unknown directive " + d.name);
+    if (form->second.where == Form::options && in_world) fail(d.name + " in the world");
+    if (form->second.where == Form::world && !in_world) fail(d.name + " before the world");
+    for (std::size_t n = 0; n < form->second.strings; ++n, ++i) {
+      if (i >= tokens.size() || tokens[i][0] != '"') fail(d.name + " wants a string");
+      d.words.push_back(tokens[i].substr(1));
+    }
+    const bool bracket = form->second.numbers == 16 && i < tokens.size() && tokens[i] == "[";
+    if (bracket) ++i;
+    for (std::size_t n = 0; n < form->second.numbers; ++n, ++i) {
+      if (i >= tokens.size() || !is_number(tokens[i])) fail(d.name + " wants a number");
+      d.words.push_back(tokens[i]);
+    }
+    if (bracket && tokens.at(i++) != "]") fail(d.name + " wants ]");
+    while (form->second.parameters && i < tokens.size() && tokens[i][0] == '"') {
+      const std::string declared = tokens[i++].substr(1);
+      const std::size_t space = declared.find(' ');
+      if (space == declared.npos) fail("no type: " + declared);
+      Parameter p{declared.substr(0, space), {}};
+      if (tokens.at(i) == "[") {
+        for (++i; tokens.at(i) != "]"; ++i) p.values.push_back(tokens[i]);
+        ++i;
+      } else {
+        p.values.push_back(tokens[i++]);
+      }
+      static const std::set<std::string> types{"integer", "float", "bool",
+                                               "string",  "rgb",   "point3"};
+      if (!types.count(p.type)) fail("unknown type " + p.type);
+      for (std::string& v : p.values) {
+        if (p.type == "bool" ? v != "true" && v != "false"
+                             : (p.type == "string" ? v[0] != '"' : !is_number(v)))
+          fail(declared + " cannot be " + v);
+        if (p.type == "integer" && v.find_first_not_of("-0123456789") != v.npos)
+          fail(declared + " cannot be " + v);
+        if (p.type == "string") v.erase(0, 1);
+      }
+      if (p.values.empty() || (p.type == "rgb" && p.values.size() != 3)
+          || (p.type == "point3" && p.values.size() % 3 != 0))
+        fail(declared + " has a wrong number of values");
+      if (!d.parameters.emplace(declared.substr(space + 1), p).second) fail(declared + " twice");
+    }
+    if (d.name == "WorldBegin") in_world = true;
+    if (d.name == "AttributeBegin") ++depth;
+    if (d.name == "AttributeEnd" && --depth < 0) fail("AttributeEnd too many");
+    if (d.name == "MakeNamedMedium") media.insert(d.words[0]);
+    if (d.name == "MediumInterface")
+      for (const std::string& medium : d.words)
+        if (!media.count(medium)) fail("no medium " + medium);
+    out.push_back(d);
+  }
+  if (!in_world || depth != 0) fail("not complete");
+  return out;
+}
+
+/// The first directive of that name, and of that type where one is given.
+const Directive& directive(const std::vector<Directive>& all, const std::string& name,
+                           const std::string& type = "") {
+  for (const Directive& d : all)
+    if (d.name == name && (type.empty() || d.words[0] == type)) return d;
+  throw std::runtime_error("no " + name);
+}
+
+// ---- What Mitsuba reads
+
+struct Vol {
+  std::array<int, 3> size{};
+  std::vector<float> values;
+};
+
+Vol parse_vol(const std::string& bytes) {
+  Vol vol;
+  std::int32_t head[5];
+  EXPECT_EQ(bytes.substr(0, 4), std::string("VOL\3"));
+  std::memcpy(head, bytes.data() + 4, sizeof head);
+  EXPECT_EQ(head[0], 1);
+  EXPECT_EQ(head[4], 1);
+  float box[6];
+  std::memcpy(box, bytes.data() + 24, sizeof box);
+  for (int a = 0; a < 6; ++a) EXPECT_EQ(box[a], a < 3 ? 0.0f : 1.0f);
+  vol.size = {head[1], head[2], head[3]};
+  vol.values.resize(static_cast<std::size_t>(head[1]) * head[2] * head[3]);
+  EXPECT_EQ(bytes.size(), 48 + 4 * vol.values.size());
+  std::memcpy(vol.values.data(), bytes.data() + 48, 4 * vol.values.size());
+  return vol;
+}
+
+// ---- Scenes
+
+SceneFile file_of(const Scene& scene) { return {scene, {}, {"some/scene.json"}, {}}; }
+
+Scene lit(std::vector<scene::Component> components) {
+  Scene scene = test::furnace(std::move(components));
+  scene.medium.box_max = {2, 1, 0.5};
+  scene.camera.resolution = {32, 16};
+  return scene;
+}
+
+std::string refusal(const SceneFile& file, const std::string& path) {
+  try {
+    convert(file, path, 8);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::scene_invalid);
+    return error.what();
+  }
+  return "";
+}
+
+class Folder {
+ public:
+  Folder() {
+    std::string name = fs::temp_directory_path() / "tyndall-convert-XXXXXX";
+    if (!::mkdtemp(name.data())) throw std::runtime_error("no temporary folder");
+    path_ = name;
+  }
+  ~Folder() { fs::remove_all(path_); }
+  std::string write(const ConvertedFile& file) const {
+    const fs::path path = path_ / fs::path(file.path).filename();
+    std::ofstream(path, std::ios::binary) << file.bytes;
+    return path;
+  }
+  std::string operator/(const char* name) const { return path_ / name; }
+
+ private:
+  fs::path path_;
+};
+
+bool python(const std::string& arguments) {
+  return std::system(("python3 " + arguments + " > /dev/null 2>&1").c_str()) == 0;
+}
+
+/// Whether a scene of the folder scenes converts, or the words of its refusal.
+const std::map<std::string, std::string> shipped = {
+    {"complex_cloud_256", ""},
+    {"complex_cloud_4096", ""},
+    {"fire_vdb", "medium.components[0].emission"},
+    {"fog_absorber_4096", "medium.components[1].albedo"},
+    {"fog_knot", "medium.components[1].albedo"},
+    {"lonely_cloud", ""},
+    {"lonely_cloud_4096", ""},
+    {"smoke_4096", ""},
+    {"smoke_vdb", ""}};
+
+fs::path scenes() { return test::folder_named_by("TYNDALL_SOURCE_DIR") / "scenes"; }
+
+TEST(Convert, EveryShippedSceneIsInTheTable) {
+  if (!fs::exists(scenes())) GTEST_SKIP() << "TYNDALL_SOURCE_DIR is not set";
+  for (const auto& entry : fs::directory_iterator(scenes())) {
+    if (entry.path().extension() == ".json") {
+      EXPECT_TRUE(shipped.count(entry.path().stem())) << entry.path();
+    }
+  }
+}
+
+class ConvertShipped : public testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(scenes())) GTEST_SKIP() << "TYNDALL_SOURCE_DIR is not set";
+    try {
+      file_ = read_scene(scenes() / (GetParam() + ".json"),
+                         {"medium.majorants.resolution=8", "background=0"});
+    } catch (const Error& error) {
+      if (error.code() != ExitCode::input_missing) throw;
+      GTEST_SKIP() << error.what();
+    }
+  }
+  /// \return nothing where it was refused, as it should.
+  std::vector<ConvertedFile> converted(const std::string& path) const {
+    const std::string& words = shipped.at(GetParam());
+    if (words.empty()) return convert(file_, path, 16);
+    EXPECT_NE(refusal(file_, path).find(words), std::string::npos);
+    return {};
+  }
+
+  SceneFile file_;
+};
+
+TEST_P(ConvertShipped, AsPbrtReadsIt) {
+  const auto files = converted("out/scene.pbrt");
+  if (files.empty()) return;
+  const std::vector<Directive> pbrt = parse_pbrt(files[0].bytes);
+  EXPECT_EQ(files[0].path, "out/scene.pbrt");
+  const auto& medium = directive(pbrt, "MakeNamedMedium").parameters;
+  const std::string type = medium.at("type").values[0];
+  if (type == "nanovdb") {
+    ASSERT_EQ(files.size(), 2u);
+    EXPECT_EQ(files[1].path, "out/" + medium.at("filename").values[0]);
+  } else {
+    EXPECT_EQ(type, "uniformgrid");
+    EXPECT_EQ(files.size(), 1u);
+    const double voxels =
+        medium.at("nx").numbers()[0] * medium.at("ny").numbers()[0] * medium.at("nz").numbers()[0];
+    EXPECT_EQ(static_cast<double>(medium.at("density").values.size()), voxels);
+  }
+}
+
+TEST_P(ConvertShipped, AsPythonReadsIt) {
+  const auto files = converted("out/scene.py");
+  if (files.empty()) return;
+  if (!python("--version")) GTEST_SKIP() << "no python3";
+  ASSERT_EQ(files.size(), 2u);
+  EXPECT_EQ(files[1].path, "out/scene.vol");
+  parse_vol(files[1].bytes);
+  const Folder folder;
+  EXPECT_TRUE(python("-m py_compile " + folder.write(files[0]))) << files[0].bytes;
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, ConvertShipped, testing::ValuesIn([] {
+                           std::vector<std::string> names;
+                           for (const auto& [name, words] : shipped) names.push_back(name);
+                           return names;
+                         }()),
+                         [](const auto& scene) { return scene.param; });
+
+// ---- Grids
+
+TEST(Convert, GridsKeepTheirVoxels) {
+  scene::Component ramp = test::component(test::ramp(4, 1), 10);  // 2 x 4 x 2 voxels
+  ramp.transform[0][0] = 2, ramp.transform[3] = glm::dvec4(0.5, 0, 0, 1);
+  const SceneFile file = file_of(lit({ramp}));
+  const Vol vol = parse_vol(convert(file, "s.py", 99)[1].bytes);
+  ASSERT_EQ(vol.size, (std::array<int, 3>{2, 4, 2}));
+  const std::vector<Directive> pbrt = parse_pbrt(convert(file, "s.pbrt", 99)[0].bytes);
+  const auto& medium = directive(pbrt, "MakeNamedMedium").parameters;
+  EXPECT_EQ(medium.at("nx").numbers()[0], 4);
+  EXPECT_EQ(medium.at("ny").numbers()[0], 6);
+  EXPECT_EQ(medium.at("nz").numbers()[0], 4);
+  // One voxel around, in case of the ramp a copy of the outermost; x runs fastest.
+  const std::vector<double> density = medium.at("density").numbers();
+  for (int z = 0; z < 4; ++z)
+    for (int y = 0; y < 6; ++y)
+      for (int x = 0; x < 4; ++x) {
+        const double expected = 10 * (std::clamp(y - 1, 0, 3) + 0.5) / 4;
+        EXPECT_NEAR(density[static_cast<std::size_t>((z * 6 + y) * 4 + x)], expected, 1e-5);
+        if (x < 2 && y < 4 && z < 2) {
+          EXPECT_NEAR(vol.values[static_cast<std::size_t>((z * 4 + y) * 2 + x)], 10 * (y + 0.5) / 4,
+                      1e-5);
+        }
+      }
+  // The grid is 2 long from x = 0.5 on; the medium ends it at 2, and at z = 0.5.
+  EXPECT_EQ(medium.at("p0").numbers(), (std::vector<double>{-0.5, -0.25, -0.5}));
+  EXPECT_EQ(medium.at("p1").numbers(), (std::vector<double>{3.5, 1.25, 1.5}));
+  const std::vector<double> p = directive(pbrt, "Shape").parameters.at("P").numbers();
+  EXPECT_EQ(std::vector<double>(p.begin(), p.begin() + 3), (std::vector<double>{0.5, 0, 0}));
+  EXPECT_EQ(std::vector<double>(p.end() - 3, p.end()), (std::vector<double>{2, 1, 0.5}));
+}
+
+TEST(Convert, SamplesAreTheSumOfTheFieldsAtTheVoxelsCentres) {
+  scene::Component ball = test::component(scene::Solid{scene::Sphere{glm::dvec3(0.5), 0.4}}, 3);
+  const Scene scene = lit({test::component(test::low_variation(5), 20), ball});
+  const Vol vol = parse_vol(convert(file_of(scene), "s.py", 24)[1].bytes);
+  const std::string script = convert(file_of(scene), "s.py", 24)[0].bytes;
+  const PreparedScene prepared = prepare(scene, 1);
+  // Where the grid lies, as the script says: "to_world": T().translate([...]).scale([...])
+  const std::size_t at = script.find("T().translate(", script.find("gridvolume"));
+  double low[3], extent[3];
+  ASSERT_EQ(
+      std::sscanf(script.c_str() + at, "T().translate([%lf, %lf, %lf]).scale([%lf, %lf, %lf])", low,
+                  low + 1, low + 2, extent, extent + 1, extent + 2),
+      6);
+  EXPECT_EQ(std::max({vol.size[0], vol.size[1], vol.size[2]}), 24);
+  std::size_t i = 0;
+  double sum = 0;
+  for (int z = 0; z < vol.size[2]; ++z)
+    for (int y = 0; y < vol.size[1]; ++y)
+      for (int x = 0; x < vol.size[0]; ++x, ++i) {
+        const Vec3f p{static_cast<float>(low[0] + extent[0] * (x + 0.5) / vol.size[0]),
+                      static_cast<float>(low[1] + extent[1] * (y + 0.5) / vol.size[1]),
+                      static_cast<float>(low[2] + extent[2] * (z + 0.5) / vol.size[2])};
+        EXPECT_NEAR(vol.values[i], test::sigma_t_at(prepared, p), 1e-4);
+        sum += vol.values[i];
+      }
+  // No matter is left outside: the sphere's share alone is half of 4/3 pi 0.4^3 of 3.
+  EXPECT_GT(sum * extent[0] * extent[1] * extent[2] / static_cast<double>(i), 3 * 0.5 * 0.268);
+}
+
+TEST(Convert, VolumesStayAsTheyAreForPbrt) {
+  TYNDALL_NEEDS_VOLUMES();
+  scene::SparseGrid field;
+  field.volume = test::load("anisotropic.vdb").volume;
+  field.remap.scale = 0.5;
+  scene::Component c = test::component(field, 8);
+  c.transform[3] = glm::dvec4(1, 2, 3, 1);
+  Scene scene = lit({c});
+  scene.medium.box_min = glm::dvec3(-20), scene.medium.box_max = glm::dvec3(20);
+  const auto files = convert(file_of(scene), "s.pbrt", 8);
+  ASSERT_EQ(files.size(), 2u);
+  const std::vector<Directive> pbrt = parse_pbrt(files[0].bytes);
+  const auto& medium = directive(pbrt, "MakeNamedMedium").parameters;
+  EXPECT_EQ(medium.at("filename").values[0], "s.nvdb");
+  EXPECT_EQ(medium.at("scale").numbers()[0], 4);
+  EXPECT_EQ(directive(pbrt, "Transform").words[12], "1");  // pbrt's matrices go by columns
+  const Folder folder;
+  const LoadedVolume back = load_volume(folder.write(files[1]), "none", "density");
+  EXPECT_EQ(back.volume->to_world(), field.volume->to_world());
+  EXPECT_EQ(back.volume->active_voxels(), field.volume->active_voxels());
+  const SparseGrid a = field.volume->view(), b = back.volume->view();
+  TreeNodes nodes_a, nodes_b;
+  for (int i = -10; i <= 10; ++i)
+    for (int j = -10; j <= 10; ++j)
+      EXPECT_EQ(a.voxel({i, j, 2}, nodes_a), b.voxel({i, j, 2}, nodes_b));
+
+  // What pbrt cannot do with a file is sampled.
+  field.remap.offset = 0.1;
+  c.field = field;
+  scene.medium.components = {c};
+  EXPECT_EQ(convert(file_of(scene), "s.pbrt", 8).size(), 1u);
+}
+
+// ---- Conventions
+
+TEST(Convert, PbrtSeesTheSameWayAround) {
+  Scene scene = lit({test::component(scene::Solid{}, 2, 0.5, scene::HenyeyGreensteinPhase{0.3})});
+  scene.lights = {scene::PointLight{{1, 0.5, 0.25}, glm::dvec3(4 * M_PI)},
+                  scene::DirectionalLight{{0, 0, 2}, {3, 4, 5}}};
+  scene.camera.fov = 90;
+  scene.seed = (std::uint64_t{1} << 40) + 5;
+  std::vector<Directive> pbrt = parse_pbrt(convert(file_of(scene), "s.pbrt", 8)[0].bytes);
+  // Half as high as wide: tan 45 degrees is halved.
+  EXPECT_NEAR(directive(pbrt, "Camera").parameters.at("fov").numbers()[0], 53.130102, 1e-6);
+  EXPECT_EQ(directive(pbrt, "Scale").words, (std::vector<std::string>{"-1", "1", "1"}));
+  EXPECT_EQ(directive(pbrt, "Sampler").parameters.at("seed").values[0], "5");
+  const auto& medium = directive(pbrt, "MakeNamedMedium").parameters;
+  EXPECT_EQ(medium.at("g").numbers()[0], 0.3);
+  EXPECT_EQ(medium.at("scale").numbers()[0], 2);
+  EXPECT_EQ(medium.at("sigma_s").numbers(), (std::vector<double>{0.5, 0.5, 0.5}));
+  EXPECT_EQ(medium.at("sigma_a").numbers(), (std::vector<double>{0.5, 0.5, 0.5}));
+  EXPECT_NEAR(directive(pbrt, "LightSource", "point").parameters.at("I").numbers()[0], 1, 1e-12);
+  EXPECT_EQ(directive(pbrt, "LightSource", "distant").parameters.at("to").numbers()[2], 2);
+  EXPECT_GE(directive(pbrt, "Integrator").parameters.at("maxdepth").numbers()[0], 1000);
+
+  // The light within the medium says so, the camera without does not.
+  std::vector<std::string> outside;
+  for (const Directive& d : pbrt)
+    if (d.name == "MediumInterface") outside.push_back(d.words[1]);
+  EXPECT_EQ(outside, (std::vector<std::string>{"", "", "matter", ""}));
+
+  // All triangles of the box face outwards.
+  const auto& shape = directive(pbrt, "Shape").parameters;
+  const std::vector<double> p = shape.at("P").numbers(), index = shape.at("indices").numbers();
+  ASSERT_EQ(index.size(), 36u);
+  const auto vertex = [&](std::size_t i) {
+    const auto v = static_cast<std::size_t>(index[i]);
+    return glm::dvec3(p[3 * v], p[3 * v + 1], p[3 * v + 2]);
+  };
+  double area = 0;
+  for (std::size_t i = 0; i < 36; i += 3) {
+    const glm::dvec3 n = glm::cross(vertex(i + 1) - vertex(i), vertex(i + 2) - vertex(i));
+    EXPECT_GT(glm::dot(n, vertex(i) - glm::dvec3(1, 0.5, 0.25)), 0) << i;
+    area += glm::length(n) / 2;
+  }
+  EXPECT_NEAR(area, 2 * (2 * 1 + 2 * 0.5 + 1 * 0.5), 1e-12);
+
+  scene.camera.resolution = {16, 32};
+  scene.camera.position = {1, 0.5, 0.1};
+  pbrt = parse_pbrt(convert(file_of(scene), "s.pbrt", 8)[0].bytes);
+  EXPECT_EQ(directive(pbrt, "Camera").parameters.at("fov").numbers()[0], 90);
+  EXPECT_EQ(directive(pbrt, "MediumInterface").words[1], "matter");
+}
+
+/// Values of a .npy file of float32.
+std::vector<float> read_npy(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+  const std::size_t head =
+      10 + static_cast<unsigned char>(bytes[8]) + 256u * static_cast<unsigned char>(bytes[9]);
+  std::vector<float> values((bytes.size() - head) / 4);
+  std::memcpy(values.data(), bytes.data() + head, 4 * values.size());
+  return values;
+}
+
+TEST(Convert, MitsubaRendersTheSamePicture) {
+  if (!python("-c 'import mitsuba'")) GTEST_SKIP() << "python3 has no mitsuba";
+  // Forward scattering, coloured, lit from a corner, seen askew, before a sky: nothing is
+  // symmetric.
+  scene::Component ramp =
+      test::component(test::ramp(8, 0), 6, 0.8, scene::HenyeyGreensteinPhase{0.5});
+  ramp.albedo = {0.9, 0.7, 0.5};
+  Scene scene = lit({ramp});
+  scene.medium.box_max = {1, 0.8, 1};
+  scene.lights = {scene::DirectionalLight{{0.6, -0.5, 0.4}, {3, 2, 1}},
+                  scene::PointLight{{-0.5, 1.5, -0.5}, {20, 30, 40}},
+                  scene::EnvironmentLight{{0.1, 0.2, 0.1}}};
+  scene.background = {0.05, 0, 0.1};
+  scene.camera.position = {0.2, 1.1, -1.4};
+  scene.camera.resolution = {8, 6};
+  scene.integrator = scene::Integrator::path;
+  scene.samples = 2048;
+  const Folder folder;
+  const auto files = convert(file_of(scene), "s.py", 8);
+  for (const ConvertedFile& file : files) folder.write(file);
+  const std::string picture = folder / "s.npy";
+  ASSERT_TRUE(python((folder / "s.py") + " -o " + picture)) << files[0].bytes;
+  const std::vector<float> theirs = read_npy(picture);
+  const RenderResult ours = render(scene, *make_cpu_backend(2));
+  ASSERT_EQ(theirs.size(), 3u * 8 * 6);
+  double mean[2] = {0, 0};
+  for (std::size_t i = 0; i < theirs.size(); ++i) {
+    const double expected = ours.picture.rgba[i / 3 * 4 + i % 3];
+    EXPECT_NEAR(theirs[i], expected, 0.15 * expected + 0.01) << "pixel " << i / 3;
+    mean[0] += expected, mean[1] += theirs[i];
+  }
+  EXPECT_NEAR(mean[1] / mean[0], 1, 0.01);
+}
+
+// ---- Refusals
+
+TEST(Convert, RefusesWhatItWouldHaveToLeaveOut) {
+  Scene scene = lit({test::component(scene::Solid{}, 2, 0.5),
+                     test::component(scene::Solid{}, 1, 0.6, scene::RayleighPhase{}),
+                     test::component(scene::Solid{}, 0, 0.7)});  // which does nothing
+  scene.medium.sides[1] = scene::Side::periodic;
+  scene.medium.components[0].emission = scene::ColorEmission{};
+  scene.background = {1, 0, 0};
+  scene.lights.push_back(scene::EnvironmentLight{});
+  const std::string pbrt = refusal(file_of(scene), "s.pbrt");
+  for (const char* words :
+       {"some/scene.json: medium.sides: pbrt has no periodic sides",
+        "medium.components[0].emission: ", "medium.components[1].albedo: ",
+        "medium.components[1].phase: pbrt has no Rayleigh scattering", "background: pbrt has no"})
+    EXPECT_NE(pbrt.find(words), std::string::npos) << words << "\n" << pbrt;
+  EXPECT_EQ(pbrt.find("components[2]"), std::string::npos) << pbrt;
+  const std::string mitsuba = refusal(file_of(scene), "s.py");
+  for (const char* words :
+       {"medium.sides: Mitsuba", "medium.components[0].emission: ", "medium.components[1].albedo: ",
+        "medium.components[1].phase: ", "lights[1]: Mitsuba has one environment"})
+    EXPECT_NE(mitsuba.find(words), std::string::npos) << words << "\n" << mitsuba;
+  EXPECT_EQ(mitsuba.find("background"), std::string::npos) << mitsuba;
+
+  try {
+    convert(file_of(scene), "s.blend", 8);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::usage);
+  }
+}
+
+}  // namespace
+}  // namespace tyndall::io
