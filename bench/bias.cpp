@@ -1,0 +1,194 @@
+/// \file
+/// tyndall-bias: how far the photons' pictures are from the path tracer's, on average over all
+/// noise, per scene, grid and bounces: a table in Markdown.
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "io/scene_json.h"
+#include "tyndall/render/error.h"
+#include "tyndall/render/render.h"
+
+namespace tyndall::bench {
+namespace {
+
+struct Options {
+  std::vector<std::string> scenes;
+  std::vector<int> grids{64, 128, 256};
+  std::vector<int> bounces{0, 1, 2};
+  int seeds = 8, width = 48;
+  std::uint64_t photons = 4000000, samples = 64, path_samples = 1024;
+};
+
+/// A picture of each seed.
+using Replicates = std::vector<Picture>;
+
+Replicates replicates(Scene scene, int seeds, Backend& backend) {
+  Replicates out;
+  for (int i = 0; i < seeds; ++i, ++scene.seed) out.push_back(render(scene, backend).picture);
+  return out;
+}
+
+double grey(const Picture& picture, std::size_t pixel) {
+  const float* rgba = picture.rgba.data() + 4 * pixel;
+  return (double{rgba[0]} + double{rgba[1]} + double{rgba[2]}) / 3;
+}
+
+/// Mean of value(picture, pixel) over the replicates.
+template <class Value>
+double mean(const Replicates& pictures, std::size_t pixel, const Value& value) {
+  double sum = 0;
+  for (const Picture& picture : pictures) sum += value(picture, pixel);
+  return sum / static_cast<double>(pictures.size());
+}
+
+struct Estimate {
+  double value, error;  // one standard deviation
+};
+
+/// Bias of `photons` over some pixels, as shares of their mean radiance.
+struct Bias {
+  Estimate square, mean;  // of the RMS; of the mean
+};
+
+/// Replicate i has the difference d_i. The mean product of two of them, i and j apart, is the
+/// square of the bias: their noise is independent, so it has no part in it. Errors are the
+/// jackknife's.
+Bias bias(const Replicates& photons, const Replicates& paths,
+          const std::vector<std::size_t>& pixels) {
+  const std::size_t n = photons.size();
+  std::vector<double> products(n + 1), means(n + 1);  // without replicate i; of all
+  double radiance = 0;
+  for (const std::size_t p : pixels) {
+    std::vector<double> d;
+    double sum = 0, squares = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      d.push_back(grey(photons[i], p) - grey(paths[i], p));
+      sum += d[i], squares += d[i] * d[i];
+    }
+    d.push_back(0);
+    for (std::size_t i = 0; i <= n; ++i) {
+      const double s = sum - d[i], m = static_cast<double>(i < n ? n - 1 : n);
+      products[i] += (s * s - (squares - d[i] * d[i])) / (m * (m - 1));
+      means[i] += s / m;
+    }
+    radiance += mean(paths, p, grey);
+  }
+  const auto estimate = [n](const std::vector<double>& values, double scale) {
+    double center = 0, spread = 0;
+    for (std::size_t i = 0; i < n; ++i) center += values[i] / static_cast<double>(n);
+    for (std::size_t i = 0; i < n; ++i) spread += (values[i] - center) * (values[i] - center);
+    const double share = static_cast<double>(n - 1) / static_cast<double>(n);
+    return Estimate{values[n] * scale, std::sqrt(share * spread) * scale};
+  };
+  const double count = static_cast<double>(pixels.size());
+  return {estimate(products, count / (radiance * radiance)), estimate(means, 1 / radiance)};
+}
+
+void print_row(const std::string& name, const Replicates& photons, const Replicates& paths) {
+  // Pixels that are covered, the brighter half of them apart.
+  const auto alpha = [](const Picture& picture, std::size_t p) {
+    return double{picture.rgba[4 * p + 3]};
+  };
+  std::vector<std::pair<double, std::size_t>> covered;
+  for (std::size_t p = 0; p < paths[0].rgba.size() / 4; ++p)
+    if (mean(paths, p, alpha) > 0.5) covered.emplace_back(-mean(paths, p, grey), p);
+  if (covered.size() < 2) throw Error(ExitCode::usage, name + ": no pixels with matter");
+  std::sort(covered.begin(), covered.end());
+  std::vector<std::size_t> halves[2];
+  for (std::size_t i = 0; i < covered.size(); ++i)
+    halves[2 * i < covered.size() ? 0 : 1].push_back(covered[i].second);
+  std::printf("| %s |", name.c_str());
+  for (const std::vector<std::size_t>& half : halves) {
+    const Bias b = bias(photons, paths, half);
+    // Below its noise the RMS is not known, but for a limit (two standard deviations).
+    if (b.square.value > 2 * b.square.error) {
+      const double rms = std::sqrt(b.square.value);
+      std::printf(" %.2f ± %.2f %% |", 100 * rms, 100 * b.square.error / (2 * rms));
+    } else {
+      std::printf(" < %.2f %% |",
+                  100 * std::sqrt(std::max(0.0, b.square.value) + 2 * b.square.error));
+    }
+    std::printf(" %+.2f ± %.2f %% |", 100 * b.mean.value, 100 * b.mean.error);
+  }
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+/// Along the longest edge of the box, cubes.
+std::array<int, 3> grid_of(const Scene& scene, int resolution) {
+  const glm::dvec3 extent = scene.medium.box_max - scene.medium.box_min;
+  const double longest = std::max({extent.x, extent.y, extent.z});
+  const auto along = [&](double edge) {
+    return std::max(1, static_cast<int>(std::lround(resolution * edge / longest)));
+  };
+  return {along(extent.x), along(extent.y), along(extent.z)};
+}
+
+int run(int argc, char** argv) {
+  Options options;
+  CLI::App app("Bias of the photons' pictures against the path tracer's, as a table in Markdown.",
+               "tyndall-bias");
+  app.add_option("scenes", options.scenes, "scene files")->required();
+  app.add_option("--grids", options.grids, "cells along the longest edge")->delimiter(',');
+  app.add_option("--bounces", options.bounces, "before the grid is read")->delimiter(',');
+  app.add_option("--seeds", options.seeds, "each a picture of both")->check(CLI::Range(3, 1000));
+  app.add_option("--width", options.width, "of the pictures [pixel]")->check(CLI::Range(4, 4096));
+  app.add_option("--photons", options.photons, "per seed");
+  app.add_option("--samples", options.samples, "per pixel and seed, photons' pictures");
+  app.add_option("--path-samples", options.path_samples, "the same, paths' pictures");
+  CLI11_PARSE(app, argc, argv);
+
+  const auto backend = make_cpu_backend();
+  std::printf("%d seeds, %llu photons, %llu samples (%llu of paths), %d pixels wide.\n\n",
+              options.seeds, static_cast<unsigned long long>(options.photons),
+              static_cast<unsigned long long>(options.samples),
+              static_cast<unsigned long long>(options.path_samples), options.width);
+  std::printf(
+      "| scene, grid, bounces | lit: RMS | lit: mean | dark: RMS | dark: mean |\n"
+      "|---|---|---|---|---|\n");
+  for (const std::string& file : options.scenes) {
+    Scene scene = io::read_scene(file, {}).scene;
+    scene.camera.resolution = {options.width, std::max(1, options.width * scene.camera.resolution[1]
+                                                              / scene.camera.resolution[0])};
+    scene.integrator = scene::Integrator::path;
+    scene.samples = options.path_samples;
+    const Replicates paths = replicates(scene, options.seeds, *backend);
+    scene.integrator = scene::Integrator::photons;
+    scene.samples = options.samples;
+    scene.photons = options.photons;
+    scene.seed += static_cast<std::uint64_t>(options.seeds);
+    for (const int grid : options.grids) {
+      scene.illumination_resolution = grid_of(scene, grid);
+      for (const int bounces : options.bounces) {
+        scene.bounces = bounces;
+        char name[200];
+        std::snprintf(name, sizeof name, "%s, %d^3, %d", std::filesystem::path(file).stem().c_str(),
+                      grid, bounces);
+        print_row(name, replicates(scene, options.seeds, *backend), paths);
+      }
+    }
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace tyndall::bench
+
+int main(int argc, char** argv) {
+  try {
+    return tyndall::bench::run(argc, argv);
+  } catch (const tyndall::Error& error) {
+    std::fprintf(stderr, "tyndall-bias: %s\n", error.what());
+    return static_cast<int>(error.code());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "tyndall-bias: %s\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,114 @@
+/// \file
+/// The white furnace for all that can be put into it: every field with every phase function and
+/// both integrators, in every light that comes evenly from everywhere.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <vector>
+
+#include "support/scenes.h"
+#include "support/volumes.h"
+
+namespace tyndall::test {
+namespace {
+
+constexpr double level = 1e-4;
+constexpr int seeds = 8;
+
+template <class T>
+struct Named {
+  const char* name;
+  T value;
+};
+
+/// Lights of radiance 1 from everywhere.
+std::vector<Named<scene::Light>> white_lights() {
+  return {{"environment", scene::EnvironmentLight{}}};
+}
+
+std::vector<Named<scene::Phase>> phases() {
+  return {{"isotropic", scene::IsotropicPhase{}},
+          {"rayleigh", scene::RayleighPhase{}},
+          {"forward", scene::HenyeyGreensteinPhase{0.4}},
+          {"backward", scene::HenyeyGreensteinPhase{-0.4}}};
+}
+
+using Components = std::vector<scene::Component>;
+
+struct Medium {
+  const char* name;
+  std::function<Components(scene::Phase)> components;
+  bool from_file = false;
+};
+
+void PrintTo(const Medium& medium, std::ostream* out) { *out << medium.name; }
+
+/// One component of a field.
+auto one(scene::Field field, double extinction) {
+  return [=](scene::Phase phase) { return Components{component(field, extinction, 1, phase)}; };
+}
+
+Components ball_of_a_file(scene::Phase phase) {
+  scene::SparseGrid grid;
+  grid.volume = load("ball.vdb").volume;
+  grid.fit = scene::SparseGrid::Fit::unit_cube;
+  return {component(grid, 5, 1, phase)};
+}
+
+Components several(scene::Phase phase) {
+  return {component(random_grid(3, 4, 5, 12), 1, 1, scene::RayleighPhase{}),
+          component(low_variation(5), 6, 1, phase),
+          component(scene::Solid{scene::Sphere{{0.3, 0.6, 0.4}, 0.2}}, 10)};
+}
+
+/// Of the samples that met matter: the others are 1 by themselves.
+double radiance_of_matter(const RenderResult& result) {
+  const double alpha = mean_of_picture(result, 3);
+  return (mean_of_picture(result) - (1 - alpha)) / alpha;
+}
+
+class FurnaceOf : public testing::TestWithParam<Medium> {};
+
+TEST_P(FurnaceOf, every_phase_function_and_light_is_white) {
+  if (GetParam().from_file) TYNDALL_NEEDS_VOLUMES();
+  const std::size_t tests = phases().size() * white_lights().size();
+  for (const auto& light : white_lights()) {
+    for (const auto& phase : phases()) {
+      Scene scene = furnace(GetParam().components(phase.value));
+      scene.lights = {light.value};
+      scene.medium.majorant_resolution = {4, 4, 4};
+      scene.camera.resolution = {8, 8};
+      scene.illumination_resolution = {16, 16, 16};
+      scene.photons = 150000;
+      scene.samples = 128;
+      for (const auto integrator : {scene::Integrator::path, scene::Integrator::photons}) {
+        scene.integrator = integrator;
+        const bool photons = integrator == scene::Integrator::photons;
+        const Series seen = series(replicates(scene, seeds), radiance_of_matter);
+        std::printf("%-12s %-11s %-10s %-7s %.5f +- %.5f\n", light.name, GetParam().name,
+                    phase.name, photons ? "photons" : "path", seen.mean(), seen.standard_error());
+        EXPECT_LT(seen.standard_error(), 0.005) << phase.name;
+        if (photons) {  // cells of the grid blur what is not even: 1 % at most, here
+          EXPECT_LT(std::abs(seen.mean() - 1), 0.01 + 4 * seen.standard_error()) << phase.name;
+        } else if (std::abs(seen.mean() - 1) > 1e-6) {  // the film's and the picture's rounding
+          EXPECT_GT(replicates_p(seen, 1), sidak_level(level, tests)) << phase.name;
+        }
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    , FurnaceOf,
+    testing::Values(Medium{"homogeneous", one(scene::Solid{}, 4)},
+                    Medium{"torus",
+                           one(scene::Solid{scene::Torus{{0.5, 0.5, 0.5}, 0.3, 0.18}}, 10)},
+                    Medium{"noise_cloud", one(low_variation(5), 15)},
+                    Medium{"dense_grid", one(random_grid(3, 4, 5, 12), 2)},
+                    Medium{"sparse_grid", ball_of_a_file, true}, Medium{"several", several}),
+    testing::PrintToStringParamName());
+
+}  // namespace
+}  // namespace tyndall::test
