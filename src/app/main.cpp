@@ -198,7 +198,11 @@ int run(int argc, char** argv) {
     if (const std::string shortage = memory_shortage(file.scene); !shortage.empty()) warn(shortage);
     print(fmt::format("{}: valid\n", arguments.scene));
   }
-  if (*info) print(io::info(described, as_json));
+  if (*info) {
+    const io::Info told = io::info(described, as_json);
+    print(told.text);
+    if (!told.problem.empty()) throw Error(ExitCode::input_missing, told.problem);
+  }
   if (*convert) convert_command(conversion);
   if (*schema) print(io::schema());
   if (*defaults) print(io::defaults());

@@ -8,6 +8,7 @@
 
 #include "io/convert_parts.h"
 #include "io/json_text.h"
+#include "render/scene_values.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/prepare.h"
 #include "tyndall/render/volume.h"
@@ -130,6 +131,30 @@ void refuse_media(const Scene& scene, const std::vector<std::string>& phases, Re
                                "function of components[{}]",
                                matter[0]));
   }
+}
+
+void refuse_lights_and_camera(const Scene& scene, Refusals& refusals) {
+  for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+    const auto refuse = [&] {
+      refusals.add(fmt::format("lights[{}]", i), "is not given this kind of light");
+    };
+    std::visit(Overloaded{[](const scene::PointLight&) {},
+                          [&](const scene::DirectionalLight& l) {
+                            if (l.angle > 0) refuse();
+                          },
+                          [&](const scene::EnvironmentLight& l) {
+                            if (l.image) refuse();
+                          },
+                          [&](const auto&) { refuse(); }},
+               scene.lights[i]);
+  }
+  const scene::Camera& camera = scene.camera;
+  if (camera.projection != scene::Projection::perspective || camera.matrix
+      || camera.aperture_radius > 0 || camera.focal_length > 0
+      || camera.crop != std::array{0, 0, 0, 0})
+    refusals.add("camera", "is not given this camera");
+  if (scene.filter != scene::Filter::box || (scene.filter_radius > 0 && scene.filter_radius != 0.5))
+    refusals.add("film.filter", "is not given this filter");
 }
 
 OneMedium one_medium(const Scene& scene, const std::vector<std::string>& phases,

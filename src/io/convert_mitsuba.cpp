@@ -19,9 +19,13 @@ std::string rgb(glm::dvec3 color) {
   return fmt::format("{{\"type\": \"rgb\", \"value\": [{}]}}", listed(color));
 }
 
-std::string phase(const scene::Phase& phase) {
+std::string phase(const scene::Phase& phase, const std::string& key, Refusals& refusals) {
   return std::visit(
       Overloaded{
+          [&](const auto&) {
+            refusals.add(key, "is not given this phase function");
+            return std::string();
+          },
           [](const scene::IsotropicPhase&) { return std::string("{\"type\": \"isotropic\"}"); },
           [](const scene::HenyeyGreensteinPhase& p) {
             return fmt::format("{{\"type\": \"hg\", \"g\": {:#}}}", p.g);
@@ -69,20 +73,22 @@ std::string matter(const OneMedium& medium, const std::string& grid_name) {
 
 std::string light(const scene::Light& light, const OneMedium& medium) {
   return std::visit(
-      Overloaded{
-          [&](const scene::PointLight& l) {
-            return fmt::format("{{\"type\": \"point\", \"position\": [{}], \"intensity\": {}{}}}",
-                               listed(l.position), rgb(l.power / (4 * glm::radians(180.0))),
-                               medium.contains(l.position) ? ", \"medium\": matter" : "");
-          },
-          [](const scene::DirectionalLight& l) {
-            return fmt::format(
-                "{{\"type\": \"directional\", \"direction\": [{}], \"irradiance\": {}}}",
-                listed(l.direction), rgb(l.irradiance));
-          },
-          [](const scene::EnvironmentLight& l) {
-            return fmt::format("{{\"type\": \"constant\", \"radiance\": {}}}", rgb(l.radiance));
-          }},
+      Overloaded{[&](const scene::PointLight& l) {
+                   return fmt::format(
+                       "{{\"type\": \"point\", \"position\": [{}], \"intensity\": {}{}}}",
+                       listed(l.position), rgb(l.power / (4 * glm::radians(180.0))),
+                       medium.contains(l.position) ? ", \"medium\": matter" : "");
+                 },
+                 [](const scene::DirectionalLight& l) {
+                   return fmt::format(
+                       "{{\"type\": \"directional\", \"direction\": [{}], \"irradiance\": {}}}",
+                       listed(l.direction), rgb(l.irradiance));
+                 },
+                 [](const scene::EnvironmentLight& l) {
+                   return fmt::format("{{\"type\": \"constant\", \"radiance\": {}}}",
+                                      rgb(l.scale * l.radiance));
+                 },
+                 [](const auto&) { return std::string(); }},  // refused
       light);
 }
 
@@ -122,14 +128,16 @@ std::vector<ConvertedFile> convert_to_mitsuba(const SceneFile& file, const std::
   const Scene& scene = file.scene;
   Refusals refusals(file.inputs.front(), "Mitsuba");
   std::vector<std::string> phases;
-  for (const scene::Component& c : scene.medium.components) phases.push_back(phase(c.phase));
+  for (const scene::Component& c : scene.medium.components)
+    phases.push_back(phase(c.phase, "medium.components.phase", refusals));
   refuse_media(scene, phases, refusals);
+  refuse_lights_and_camera(scene, refusals);
   glm::dvec3 sky = scene.background;
   int environments = 0;
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     const auto* e = std::get_if<scene::EnvironmentLight>(&scene.lights[i]);
     if (!e) continue;
-    sky += e->radiance;
+    sky += e->scale * e->radiance;
     if (++environments > 1) refusals.add(fmt::format("lights[{}]", i), "has one environment");
   }
   refusals.throw_if_any();

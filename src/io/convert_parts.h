@@ -71,6 +71,9 @@ struct SampledAt {
 /// renderer's words.
 void refuse_media(const Scene& scene, const std::vector<std::string>& phases, Refusals& refusals);
 
+/// Other kinds than point lights, parallel and even light, and pinholes.
+void refuse_lights_and_camera(const Scene& scene, Refusals& refusals);
+
 /// Of a scene that refuse_media() lets pass. \param reads_volumes whether the renderer reads grids
 /// of floats from NanoVDB files.
 OneMedium one_medium(const Scene& scene, const std::vector<std::string>& phases,

@@ -27,7 +27,11 @@ std::string rgb(const char* name, glm::dvec3 color) {
 /// \return parameters of a medium; pbrt knows Henyey-Greenstein alone.
 std::string phase(const scene::Phase& phase, const std::string& key, Refusals& refusals) {
   return std::visit(
-      Overloaded{[](const scene::IsotropicPhase&) { return std::string("\"float g\" [0]"); },
+      Overloaded{[&](const auto&) {
+                   refusals.add(key, "is not given this phase function");
+                   return std::string();
+                 },
+                 [](const scene::IsotropicPhase&) { return std::string("\"float g\" [0]"); },
                  [](const scene::HenyeyGreensteinPhase& p) {
                    return fmt::format("\"float g\" [{}]", p.g);
                  },
@@ -131,8 +135,10 @@ std::string light(const scene::Light& light, const OneMedium& medium) {
                        listed(l.direction, " "), rgb("L", l.irradiance));
                  },
                  [](const scene::EnvironmentLight& l) {
-                   return fmt::format("LightSource \"infinite\" {}\n", rgb("L", l.radiance));
-                 }},
+                   return fmt::format("LightSource \"infinite\" {}\n",
+                                      rgb("L", l.scale * l.radiance));
+                 },
+                 [](const auto&) { return std::string(); }},  // refused
       light);
 }
 
@@ -156,6 +162,7 @@ std::vector<ConvertedFile> convert_to_pbrt(const SceneFile& file, const std::str
     phases.push_back(phase(scene.medium.components[i].phase,
                            fmt::format("medium.components[{}].phase", i), refusals));
   refuse_media(scene, phases, refusals);
+  refuse_lights_and_camera(scene, refusals);
   refusals.throw_if_any();
 
   const OneMedium medium = one_medium(scene, phases, sampling, true);

@@ -33,6 +33,16 @@ double brief(double x) {
 }
 Json brief_list(glm::dvec3 v) { return {brief(v.x), brief(v.y), brief(v.z)}; }
 
+/// A box's corner, as exact as `extent` asks for: far from the origin four digits are none.
+Json place(glm::dvec3 corner, glm::dvec3 extent) {
+  const double longest = std::max({extent.x, extent.y, extent.z, 1e-30});
+  const int decimals = std::clamp(5 - static_cast<int>(std::ceil(std::log10(longest))), 0, 15);
+  const auto rounded = [&](double x) {
+    return std::strtod(fmt::format("{:.{}f}", x, decimals).c_str(), nullptr) + 0.0;  // never -0
+  };
+  return {rounded(corner.x), rounded(corner.y), rounded(corner.z)};
+}
+
 double megabytes(double bytes) { return brief(bytes / 1e6); }
 
 // ---- Volumes
@@ -66,8 +76,8 @@ Json describe(const Volume& v) {
   d["voxel size"] = brief_list({glm::length(glm::dvec3(m[0])), glm::length(glm::dvec3(m[1])),
                                 glm::length(glm::dvec3(m[2]))});
   d["transform"] = transform_kind(m);
-  d["box min"] = brief_list(box.low);
-  d["box max"] = brief_list(box.high);
+  d["box min"] = place(box.low, box.high - box.low);
+  d["box max"] = place(box.high, box.high - box.low);
   d["memory [MB]"] = megabytes(static_cast<double>(v.size()));
   return d;
 }
@@ -80,21 +90,50 @@ Json how_read(const LoadedVolume& loaded) {
   return d;
 }
 
-/// A component for a scene, with an optical depth of about 10 through its densest part.
+/// Of what is denser than nothing, at points throughout the active voxels; 0 where nothing is.
+double mean_density(const Volume& v) {
+  constexpr int n = 32;
+  const SparseGrid grid = v.view();
+  const Vec3f extent{static_cast<float>(grid.extent[0]), static_cast<float>(grid.extent[1]),
+                     static_cast<float>(grid.extent[2])};
+  TreeNodes nodes;
+  double sum = 0;
+  int dense = 0;
+  for (int at = 0; at < n * n * n; ++at) {
+    const auto share = [](int i) { return (static_cast<float>(i) + 0.5f) / n; };
+    const Vec3f p{extent.x * share(at % n), extent.y * share(at / n % n),
+                  extent.z * share(at / n / n)};
+    const float density = grid.density(p, nodes);
+    sum += double{density};
+    dense += density > 0;
+  }
+  return dense > 0 ? sum / dense : 0.0;
+}
+
+bool has_matter(const Volume& v) { return v.is_level_set() || v.maximum() > 0; }
+
+/// A component for a scene, before the camera that scenes have by default and with an optical depth
+/// of about 10.
 Json component(const std::string& file, const Volume& v, const std::string* grid) {
-  const ActiveBounds box = active_box(v, v.to_world());
-  const glm::dvec3 extent = box.high - box.low;
-  const double longest = std::max({extent.x, extent.y, extent.z});
-  const double densest = v.is_level_set() ? 1.0 : std::max(double{v.maximum()}, 1e-12);
+  const double mean = mean_density(v), density = mean > 0 ? mean : double{v.maximum()};
   Json c;
   c["field"] = {{"type", "vdb"}, {"file", fs::path(file).filename().string()}};
   if (grid) c["field"]["grid"] = *grid;
-  c["extinction"] = std::strtod(fmt::format("{:.2g}", 10 / (densest * longest)).c_str(), nullptr);
+  c["field"]["fit"] = "unit_cube";
+  c["extinction"] = std::strtod(fmt::format("{:.2g}", 10 / density).c_str(), nullptr);
   c["albedo"] = v.is_level_set() ? 0.0 : 0.9;
   return c;
 }
 
-Json volume_info(const std::string& path) {
+/// What a grid is of use for.
+std::string use_of(const Volume& v) {
+  if (v.is_color()) return "colours of an emission";
+  if (v.is_level_set()) return "a solid";
+  if (!has_matter(v)) return "none: no value is above 0 (a remap may change that)";
+  return "density, temperature or emission";
+}
+
+Json volume_info(const std::string& path, std::string& problem) {
   Json out{{"file", path}};
   out["grids"] = Json::array();
   const std::vector<GridEntry> grids = list_grids(path);
@@ -102,6 +141,7 @@ Json volume_info(const std::string& path) {
     return g.unique_name == "density" && is_numeric(g.type);
   });
   Json use;
+  bool read_one = false;
   for (const GridEntry& grid : grids) {
     Json d{{"grid", grid.unique_name}, {"type", grid.type}};
     if (!grid.grid_class.empty()) d["class"] = grid.grid_class;
@@ -115,16 +155,18 @@ Json volume_info(const std::string& path) {
       const Volume& v = *loaded.volume;
       d.update(describe(v));
       d["read"] = how_read(loaded);
-      d["use"] = v.is_color() ? "colours of an emission"
-                              : (v.is_level_set() ? "a solid" : "density, temperature or emission");
+      d["use"] = use_of(v);
+      read_one = true;
       const bool alone = densities == 1 && grid.unique_name == "density";
-      if (!v.is_color() && (use.is_null() || alone))
+      if (!v.is_color() && has_matter(v) && (use.is_null() || alone))
         use = component(path, v, alone ? nullptr : &grid.unique_name);
     } catch (const Error& error) {
       d["problem"] = error.what();
+      if (problem.empty()) problem = error.what();
     }
     out["grids"].push_back(d);
   }
+  if (read_one) problem.clear();
   if (!use.is_null()) out["component for a scene"] = use;
   return out;
 }
@@ -237,11 +279,12 @@ std::string lines(const Json& object, const std::string& indent) {
 
 }  // namespace
 
-std::string info(const std::string& path, bool as_json) {
+Info info(const std::string& path, bool as_json) {
   const std::string extension = fs::path(path).extension().string();
+  std::string problem;
   Json out;
   if (is_volume_file(path))
-    out = volume_info(path);
+    out = volume_info(path, problem);
   else if (extension == ".obj")
     out = mesh_info(path);
   else if (extension == ".json")
@@ -251,7 +294,8 @@ std::string info(const std::string& path, bool as_json) {
   else
     throw Error(ExitCode::usage,
                 fmt::format("{}: expected a .vdb, .nvdb, .obj, .json or .exr file", path));
-  return as_json ? out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : lines(out, "");
+  return {as_json ? out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : lines(out, ""),
+          problem};
 }
 
 }  // namespace tyndall::io

@@ -2,6 +2,7 @@
 
 #include <dlfcn.h>
 #include <fcntl.h>
+#include <link.h>
 #include <poll.h>
 #include <spawn.h>
 #include <sys/mman.h>
@@ -55,14 +56,20 @@ class Descriptor {
 
 // ---- The helper
 
-/// Beside the program (or library) that this is part of, in the folder above it (the tests of a
-/// build), or where an installation puts it.
-std::string helper_program() {
+/// Of the program or shared library that this is part of.
+fs::path own_folder() {
   Dl_info self{};
-  ::dladdr(reinterpret_cast<const void*>(&helper_program), &self);
-  std::error_code error;
-  fs::path bin = fs::canonical(self.dli_fname ? self.dli_fname : "", error).parent_path();
-  if (error || bin.empty()) bin = fs::read_symlink("/proc/self/exe").parent_path();
+  void* map = nullptr;
+  ::dladdr1(reinterpret_cast<const void*>(&own_folder), &self, &map, RTLD_DL_LINKMAP);
+  // A program has no name there, and what it was called is no path where a shell looked it up.
+  const char* library = map ? static_cast<const struct link_map*>(map)->l_name : "";
+  return fs::canonical(*library != '\0' ? library : "/proc/self/exe").parent_path();
+}
+
+/// Beside the program (or library), in the folder above it (the tests of a build), or where an
+/// installation puts it.
+std::string helper_program() {
+  const fs::path bin = own_folder();
   std::vector<fs::path> folders{bin, bin.parent_path()};
 #ifdef TYNDALL_HELPER_DIR
   folders.push_back((bin / TYNDALL_HELPER_DIR).lexically_normal());
@@ -332,9 +339,9 @@ void add_warnings(const Json& loaded, LoadedVolume& out) {
           fmt::format("{} of {} active voxels {}", n, out.volume->active_voxels(), what));
   };
   warn("not_numbers", "are no numbers (NaN): taken as 0");
-  warn("huge",
-       fmt::format("are infinite or beyond 1e12: taken as {:.4g}, the largest of the others",
-                   loaded.value("most", 0.0)));
+  const double most = loaded.value("most", 0.0);
+  warn("huge", fmt::format("are infinite or beyond 1e12: taken as {:.4g}{}", most,
+                           static_cast<float>(most) < 1e12f ? ", the largest of the others" : ""));
   if (loaded.value("strange_background", false))
     out.warnings.push_back("the background is no number or beyond 1e12: taken as 0");
 }
@@ -358,12 +365,11 @@ LoadedVolume load(const std::string& path, std::vector<std::string> words) {
   const Volume& v = *out.volume;
   if (v.active_voxels() == 0)
     fail(path, fmt::format("nothing to render: grid {} has no active voxels", quoted(v.name())));
-  // Clamped by the remap unless that makes them positive.
+  // Densities are clamped by the remap unless that makes them positive.
   if (const auto n = loaded.value("negative", std::uint64_t{0}); n > 0 && !v.is_level_set())
     out.warnings.push_back(fmt::format(
-        "{} of {} active voxels are negative, down to {:.4g}: where a remap leaves them "
-        "so, taken as 0",
-        n, v.active_voxels(), v.minimum()));
+        "{} of {} active voxels are negative, down to {:.4g}: {}", n, v.active_voxels(),
+        v.minimum(), v.is_color() ? "taken as black" : "where a remap leaves them so, taken as 0"));
   out.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return out;
 }

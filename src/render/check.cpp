@@ -215,13 +215,18 @@ class Checker {
     if (c.extinction == 0)
       warning(path + ".extinction", "with extinction 0 this component does nothing");
     const double densest = largest_density(c.field);
+    if (densest == 0)
+      warning(path + ".field", "its density is 0 everywhere: this component does nothing");
     const double across = glm::length(scene_.medium.box_max - scene_.medium.box_min);
     constexpr double most = 2e6;
     if (c.extinction * densest * across > most) {
-      error(path + ".extinction",
-            fmt::format("too dense for single precision: {:.3g} mean free paths across the medium, "
-                        "expected at most {:g}; an extinction of {:.3g} is opaque, too",
-                        c.extinction * densest * across, most, most / (densest * across)));
+      error(
+          path + ".extinction",
+          fmt::format("too dense for single precision: {:.3g} mean free paths across the medium{}, "
+                      "expected at most {:g}; an extinction of {:.3g} is opaque, too",
+                      c.extinction * densest * across,
+                      densest == 1 ? "" : fmt::format(", where the density is {:.3g}", densest),
+                      most, most / (densest * across)));
     }
   }
 

@@ -55,7 +55,7 @@ void require_value(const V& v) {
   if constexpr (!std::is_same_v<V, float>) good = good && v[0] + v[1] + v[2] == v[0] + v[1] + v[2];
   if (!good)
     throw DamagedVolume(
-        fmt::format("a value is no number or beyond {:g}", double{largest_channel(v)}));
+        fmt::format("a value is no number (NaN), infinite or beyond {:g}", double{most}));
 }
 
 // ---- The tree

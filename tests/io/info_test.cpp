@@ -11,7 +11,7 @@
 namespace tyndall::io {
 namespace {
 
-Json object(const std::string& path) { return Json::parse(info(path, true)); }
+Json object(const std::string& path) { return Json::parse(info(path, true).text); }
 
 TEST(Info, tells_what_a_grid_is_and_how_a_scene_uses_it) {
   TYNDALL_NEEDS_VOLUMES();
@@ -26,11 +26,15 @@ TEST(Info, tells_what_a_grid_is_and_how_a_scene_uses_it) {
   EXPECT_EQ(grid["voxel size"], Json({0.5, 0.5, 0.5}));
   EXPECT_EQ(grid["box min"], Json({-4.0, -3.0, -2.0}));
   EXPECT_EQ(uniform["component for a scene"]["field"],
-            Json({{"type", "vdb"}, {"file", "uniform.vdb"}}));
-  EXPECT_EQ(uniform["component for a scene"]["extinction"], 1.0);  // 10 voxels' worth of 10
+            Json({{"type", "vdb"}, {"file", "uniform.vdb"}, {"fit", "unit_cube"}}));
+  // The mean of 1 - r / R within a ball of radius R is 1/4.
+  EXPECT_NEAR(uniform["component for a scene"]["extinction"].get<double>(), 40, 5);
   const auto transform = [](const char* name) {
     return object(test::volume_path(name))["grids"][0]["transform"].get<std::string>();
   };
+  const Json far = object(test::volume_path("far_away.vdb"))["grids"][0];
+  EXPECT_EQ(far["box min"], Json({999990.0, -1000010.0, 999990.0}));
+  EXPECT_EQ(far["box max"], Json({1000010.0, -999990.0, 1000010.0}));
   EXPECT_EQ(transform("anisotropic.vdb"), "anisotropic");
   EXPECT_EQ(transform("rotated.vdb"), "uniform, rotated");
   EXPECT_EQ(transform("mirrored.vdb"), "uniform, mirrored");
@@ -48,6 +52,8 @@ TEST(Info, goes_on_after_grids_that_are_of_no_use) {
   const Json empty = object(test::volume_path("empty.vdb"));
   EXPECT_NE(empty["grids"][0]["problem"].get<std::string>().find("nothing to render"),
             std::string::npos);
+  EXPECT_NE(info(test::volume_path("empty.vdb"), true).problem, "");
+  EXPECT_EQ(info(test::volume_path("flags.vdb"), true).problem, "");
   const Json colors = object(test::volume_path("colors.vdb"));
   EXPECT_EQ(colors["grids"][0]["use"], "colours of an emission");
   EXPECT_EQ(object(test::volume_path("ball_fp4.nvdb"))["grids"][0]["type"], "fp4");
@@ -55,11 +61,13 @@ TEST(Info, goes_on_after_grids_that_are_of_no_use) {
 
 TEST(Info, lines_have_the_keys_of_the_json) {
   TYNDALL_NEEDS_VOLUMES();
-  const std::string path = test::volume_path("ball.vdb"), lines = info(path, false);
+  const std::string path = test::volume_path("ball.vdb"), lines = info(path, false).text;
   for (const char* key : {"file", "grid", "type", "active voxels", "values", "background",
                           "voxel size", "transform", "memory [MB]", "component for a scene"})
     EXPECT_NE(lines.find(key), std::string::npos) << key;
-  EXPECT_NE(lines.find(R"({"field":{"type":"vdb","file":"ball.vdb"})"), std::string::npos) << lines;
+  EXPECT_NE(lines.find(R"({"field":{"type":"vdb","file":"ball.vdb","fit":"unit_cube"})"),
+            std::string::npos)
+      << lines;
 }
 
 TEST(Info, knows_scenes_and_refuses_what_it_does_not_know) {

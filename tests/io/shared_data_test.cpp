@@ -219,6 +219,25 @@ TEST(SharedData, figures_of_the_readme) {
   EXPECT_NEAR(sum, 2652.83, 0.01);
 }
 
+// Its header is another one than today's.
+TEST(SharedData, an_old_file_that_was_cut_is_known_by_its_offsets) {
+  TYNDALL_NEEDS_SHARED_DATA();
+  const fs::path whole = shared_data() / "edge/old_v220_zip.vdb",
+                 cut = fs::temp_directory_path()
+                       / ("tyndall-cut-" + std::to_string(::getpid()) + ".vdb");
+  fs::copy_file(whole, cut, fs::copy_options::overwrite_existing);
+  fs::permissions(cut, fs::perms::owner_write, fs::perm_options::add);
+  fs::resize_file(cut, fs::file_size(whole) - 1);
+  std::string message = "read";
+  try {
+    load_volume(cut.string(), "density", {});
+  } catch (const Error& error) {
+    message = error.what();
+  }
+  fs::remove(cut);
+  EXPECT_NE(message.find("damaged: its end is missing"), std::string::npos) << message;
+}
+
 TEST(SharedData, a_mesh_becomes_a_body) {
   TYNDALL_NEEDS_SHARED_DATA();
   const LoadedVolume spot = load_mesh((shared_data() / "mesh/spot.obj").string(), 128);

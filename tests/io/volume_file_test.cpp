@@ -4,8 +4,10 @@
 #include <unistd.h>
 
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <thread>
 #include <vector>
 
@@ -138,6 +140,14 @@ TEST(VolumeFile, warns_of_strange_values_with_their_number) {
             std::string::npos)
       << negative.warnings[0];
   EXPECT_EQ(negative.volume->view().density({5, 0, 0}), 0.0f);
+  const LoadedVolume colors = load("strange_colors.vdb", "Cd");
+  ASSERT_EQ(colors.warnings.size(), 2u);  // voxels are counted, not channels
+  EXPECT_EQ(colors.warnings[0], "1 of 3 active voxels are no numbers (NaN): taken as 0");
+  EXPECT_EQ(colors.warnings[1], "2 of 3 active voxels are negative, down to -2: taken as black");
+  const LoadedVolume tile = load("huge_tile.vdb");
+  ASSERT_EQ(tile.warnings.size(), 1u);
+  EXPECT_EQ(tile.warnings[0],
+            "512 of 512 active voxels are infinite or beyond 1e12: taken as 1e+12");
   const LoadedVolume infinite = load("infinite_background.vdb");
   ASSERT_EQ(infinite.warnings.size(), 1u);
   EXPECT_EQ(infinite.volume->background(), 0.0f);
@@ -252,6 +262,23 @@ TEST(VolumeFile, says_what_a_file_is_that_is_no_volume) {
   EXPECT_NE(failure("/nowhere/smoke.vdb").find("/nowhere/smoke.vdb: no such file"),
             std::string::npos);
   EXPECT_NE(failure(fs::temp_directory_path().string()).find("is a folder"), std::string::npos);
+}
+
+TEST(VolumeFile, says_what_a_file_holds_that_is_unknown_here) {
+  TYNDALL_NEEDS_VOLUMES();
+  const Scratch scratch("unknown.vdb");
+  std::string bytes = contents(volume_path("ball.vdb"));
+  bytes.replace(bytes.find("Tree_float_5_4_3"), 16, "Tree_float_9_9_9");
+  const std::string message = failure(scratch.fill(bytes));
+  EXPECT_NE(message.find("of a version unknown here: Cannot read grid. Grid type Tree_float_9_9_9"),
+            std::string::npos)
+      << message;
+  bytes = contents(volume_path("ball.nvdb"));
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  std::memcpy(&bytes[bytes.size() - sizeof nan], &nan, sizeof nan);
+  const Scratch nano("nan.nvdb");
+  EXPECT_NE(failure(nano.fill(bytes)).find("damaged: a value is no number (NaN), infinite"),
+            std::string::npos);
 }
 
 int open_descriptors() {

@@ -26,13 +26,23 @@ namespace {
 /// Calls `f`, and says what OpenVDB's errors mean.
 template <class F>
 auto with_openvdb(const F& f) {
+  // Without the name of the exception's class before it.
+  const auto message = [](const openvdb::Exception& error) {
+    const std::string text = error.what();
+    const std::size_t colon = text.find(": ");
+    return colon == text.npos ? text : text.substr(colon + 2);
+  };
   try {
     openvdb::initialize();
     return f();
   } catch (const openvdb::ArithmeticError& error) {
-    damaged(std::string("its transform is singular, or no number: ") + error.what());
+    damaged("its transform is singular, or no number: " + message(error));
   } catch (const openvdb::KeyError& error) {
-    throw Failure{error_format, std::string("of a version unknown here: ") + error.what()};
+    throw Failure{error_format, "of a version unknown here: " + message(error)};
+  } catch (const openvdb::LookupError& error) {
+    throw Failure{error_format, "of a version unknown here: " + message(error)};
+  } catch (const openvdb::Exception& error) {
+    damaged(message(error));
   }
 }
 
@@ -93,25 +103,29 @@ Json sanitize(Grid& grid) {
   constexpr float bound = 1e12f;
   const float most = largest_value(grid);
   std::atomic<std::uint64_t> strange{0}, huge{0}, negative{0};
-  const auto channel = [&](auto x, bool counts) {
-    if (x != x) {
-      strange += counts;
-      return decltype(x)(0);
-    }
-    if (std::abs(x) > bound) {
-      huge += counts;
-      return decltype(x)(x > 0 ? most : -most);
-    }
-    negative += counts && x < 0;
-    return x;
+  const auto channel = [&](auto x) {
+    if (x != x) return decltype(x)(0);
+    return std::abs(x) > bound ? decltype(x)(x > 0 ? most : -most) : x;
   };
-  const auto mended = [&](Value v, bool counts) {
+  /// \return whether `is` holds for a channel.
+  const auto any = [](const Value& v, const auto& is) {
     if constexpr (openvdb::VecTraits<Value>::IsVec)
-      return Value(channel(v[0], counts), channel(v[1], counts), channel(v[2], counts));
+      return is(v[0]) || is(v[1]) || is(v[2]);
     else
-      return channel(v, counts);
+      return is(v);
   };
-  const Value background = grid.background(), good = mended(background, false);
+  const auto mended = [&](const Value& v, std::uint64_t active_voxels) {
+    if (active_voxels > 0) {
+      strange += active_voxels * any(v, [](auto x) { return x != x; });
+      huge += active_voxels * any(v, [](auto x) { return std::abs(x) > bound; });
+      negative += active_voxels * any(v, [](auto x) { return x < 0 && x >= -bound; });
+    }
+    if constexpr (openvdb::VecTraits<Value>::IsVec)
+      return Value(channel(v[0]), channel(v[1]), channel(v[2]));
+    else
+      return channel(v);
+  };
+  const Value background = grid.background(), good = mended(background, 0);
   // An infinite background would fill all space.
   const bool strange_background = good != background;
   if (strange_background) openvdb::tools::changeBackground(grid.tree(), openvdb::zeroVal<Value>());
@@ -124,7 +138,7 @@ Json sanitize(Grid& grid) {
   });
   auto tile = grid.tree().beginValueAll();
   for (tile.setMaxDepth(decltype(tile)::LEAF_DEPTH - 1); tile; ++tile) {
-    const Value v = tile.getValue(), m = mended(v, tile.isValueOn());
+    const Value v = tile.getValue(), m = mended(v, tile.isValueOn() ? tile.getVoxelCount() : 0);
     if (!(v == m)) tile.setValue(m);
   }
   Json counts;
@@ -176,9 +190,13 @@ Json store(const openvdb::GridBase::Ptr& base) {
 /// Looks at what OpenVDB does not: it takes a negative number of grids for none, and reads on where
 /// an uncompressed file has ended.
 void require_all_grids() {
-  constexpr std::uint32_t oldest = 216;  // with offsets and instances
-  if (read_value<std::uint32_t>(8) < oldest || read_value<char>(20) == 0) return;
-  std::uint64_t at = 21 + 36;  // after the file's UUID
+  constexpr std::uint32_t oldest = 216;  // with instances
+  const auto version = read_value<std::uint32_t>(8);
+  const bool has_offsets = read_value<char>(20) != 0;
+  if (version < oldest || !has_offsets) return;
+  // Two versions say there whether they are packed; then comes the file's UUID.
+  std::uint64_t at = version == 220 || version == 221 ? 22 : 21;
+  at += version < 218 ? 16 : 36;
   const auto skip_text = [&] { at += 4 + std::uint64_t{read_value<std::uint32_t>(at)}; };
   auto entries = read_value<std::uint32_t>(at);
   for (at += 4; entries > 0; --entries) {

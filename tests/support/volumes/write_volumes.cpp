@@ -139,6 +139,16 @@ void values() {
   strange->tree().setValue(Coord(2, 0, 0), -infinite);
   strange->tree().setValue(Coord(3, 0, 0), 1e30f);
   write("strange_values", {strange});
+  auto strange_colors = openvdb::Vec3SGrid::create();
+  strange_colors->tree().setValue(Coord(0, 0, 0), openvdb::Vec3s(nan, nan, 1));
+  strange_colors->tree().setValue(Coord(1, 0, 0), openvdb::Vec3s(-1, -2, 1));
+  strange_colors->tree().setValue(Coord(2, 0, 0), openvdb::Vec3s(1, 2, -1));
+  strange_colors->setName("Cd");
+  write("strange_colors", {strange_colors});
+  auto huge_tile = FloatGrid::create();
+  huge_tile->tree().addTile(1, Coord(0), 1e30f, true);
+  huge_tile->setName("density");
+  write("huge_tile", {huge_tile});
   auto negative = ball();
   for (auto v = negative->beginValueOn(); v; ++v)
     if (v.getCoord().x() > 0) v.setValue(-*v);
@@ -234,13 +244,59 @@ void dense() {
              static_cast<std::streamsize>(raw.size() * sizeof(float)));
 }
 
+// ---- Large ones, for scripts/measure_volumes
+
+/// Random densities in the bricks of 8^3 voxels whose middle is within a ball.
+FloatGrid::Ptr noisy_ball(int radius) {
+  auto grid = FloatGrid::create();
+  std::mt19937 random(1);
+  const int reach = radius / 8 * 8 + 8;
+  for (int i = -reach; i < reach; i += 8)
+    for (int j = -reach; j < reach; j += 8)
+      for (int k = -reach; k < reach; k += 8) {
+        const double r =
+            std::sqrt(double(i + 4) * (i + 4) + double(j + 4) * (j + 4) + double(k + 4) * (k + 4));
+        if (r > radius) continue;
+        auto* leaf = grid->tree().touchLeaf(Coord(i, j, k));
+        for (openvdb::Index n = 0; n < leaf->size(); ++n)
+          leaf->setValueOn(n, static_cast<float>(random() >> 16) * 0x1p-16f);
+      }
+  grid->setName("density");
+  return grid;
+}
+
+/// `count` small balls, anywhere within edge^3 voxels.
+FloatGrid::Ptr scattered_lumps(int count, int edge) {
+  auto grid = FloatGrid::create();
+  auto voxels = grid->getAccessor();
+  std::mt19937 random(1);
+  const auto anywhere = [&] { return static_cast<int>(random() % static_cast<unsigned>(edge)); };
+  for (int lump = 0; lump < count; ++lump) {
+    const Coord center(anywhere(), anywhere(), anywhere());
+    for (int i = -2; i <= 2; ++i)
+      for (int j = -2; j <= 2; ++j)
+        for (int k = -2; k <= 2; ++k)
+          if (i * i + j * j + k * k <= 5) voxels.setValue(center + Coord(i, j, k), 1.0f);
+  }
+  grid->setName("density");
+  return grid;
+}
+
+void large() {
+  write("large", {noisy_ball(240)});
+  write("sparse", {scattered_lumps(20000, 5000)});
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc != 2) return std::fprintf(stderr, "usage: write-volumes FOLDER\n"), 2;
+  const bool is_large = argc == 3 && std::string(argv[2]) == "large";
+  if (argc != 2 && !is_large)
+    return std::fprintf(stderr, "usage: write-volumes FOLDER [large]\n"), 2;
   folder = argv[1];
   fs::create_directories(folder);
   openvdb::initialize();
+  if (is_large) return large(), 0;
   encodings();
   transforms();
   names_and_types();
