@@ -185,10 +185,10 @@ struct DirectionalLight {
 /// Radiance from everywhere; the camera sees it. How an image lies around the scene is said at
 /// SkyImage (tyndall/transport/light.h): with +y up its middle is at +z, its left half at +x.
 struct EnvironmentLight {
-  glm::dvec3 radiance{1.0};            ///< [W/(area sr)] without an image
-  double scale = 1;                    ///< times that, or times the image
-  std::shared_ptr<const Image> image;  ///< in longitude and latitude, the top row at +y
-  double rotation = 0;                 ///< [degree] of the image about +y: 90 takes +z to +x
+  glm::dvec3 radiance{1.0};              ///< [W/(area sr)] without an image
+  double scale = 1;                      ///< times that, or times the image
+  std::shared_ptr<const Image> image{};  ///< in longitude and latitude, the top row at +y
+  double rotation = 0;                   ///< [degree] of the image about +y: 90 takes +z to +x
   std::string group{};
 };
 /// A point light within a cone. It fades from the bright middle to the cone's edge by a cubic of
