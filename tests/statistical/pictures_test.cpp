@@ -28,7 +28,7 @@ std::vector<RenderResult> noise(double mean, double spread, std::uint64_t first_
   std::mt19937_64 engine(first_seed);
   std::normal_distribution<float> normal(static_cast<float>(mean), static_cast<float>(spread));
   for (RenderResult& result : results) {
-    result.picture = {16, 16, {}, {}};
+    result.picture.width = result.picture.height = 16;
     for (int i = 0; i < 16 * 16 * 4; ++i) result.picture.rgba.push_back(normal(engine));
   }
   return results;
