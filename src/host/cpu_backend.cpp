@@ -8,6 +8,7 @@
 
 #include "host/lanes.h"
 #include "tyndall/render/backend.h"
+#include "tyndall/render/huge_pages.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/prepare.h"
 #include "tyndall/render/render.h"
@@ -29,7 +30,8 @@ class CpuBackend final : public Backend {
     scene_ = &scene;
     stop_ = stop;
     const std::size_t cells = scene.cells.count();
-    illumination_.assign(cells * static_cast<std::size_t>(scene.cells.moments()), 0);
+    illumination_.clear();
+    resize_in_huge_pages(illumination_, cells * static_cast<std::size_t>(scene.cells.moments()));
     matter_.assign(cells, 0);
     account_ = {};
     clear_film();
@@ -63,7 +65,8 @@ class CpuBackend final : public Backend {
   }
 
   std::vector<std::int64_t> take_illumination() override {
-    std::vector<std::int64_t> empty(illumination_.size(), 0);
+    std::vector<std::int64_t> empty;
+    resize_in_huge_pages(empty, illumination_.size());
     return std::exchange(illumination_, std::move(empty));
   }
   std::vector<std::int64_t> take_matter() override { return std::exchange(matter_, {}); }

@@ -24,6 +24,7 @@
 #include "io/volume_file.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
+#include "tyndall/render/huge_pages.h"
 #include "tyndall/render/lights.h"
 #include "tyndall/render/volume.h"
 
@@ -153,7 +154,7 @@ void load_values(Reader& reader, const Node& node, DenseGrid& grid) {
     return damaged(fmt::format("{}: expected 4 x {} bytes, got {}", path.string(),
                                fmt::join(grid.size, " x "), bytes));
   }
-  grid.values.resize(expected / sizeof(float));
+  resize_in_huge_pages(grid.values, expected / sizeof(float));
   std::ifstream file(path, std::ios::binary);
   if (!file.read(reinterpret_cast<char*>(grid.values.data()),
                  static_cast<std::streamsize>(bytes))) {

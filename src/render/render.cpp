@@ -11,6 +11,7 @@
 #include "tyndall/render/backend.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
+#include "tyndall/render/huge_pages.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/prepare.h"
 
@@ -151,6 +152,7 @@ std::vector<float> read_out_matter(const PreparedScene& scene,
       double{size.x} * double{size.y} * double{size.z} / (points * double{scene.matter_scale});
   std::vector<float> out;
   out.reserve(matter.size());
+  advise_huge_pages(out.data(), matter.size() * sizeof(float));
   for (const std::int64_t d : matter)
     out.push_back(static_cast<float>(static_cast<double>(d) * volume));
   return out;
@@ -161,6 +163,7 @@ std::vector<float> read_out_light(const std::vector<std::int64_t>& sums, double 
   const double weight = photon_power / double{weight_units};
   std::vector<float> out;
   out.reserve(sums.size());
+  advise_huge_pages(out.data(), sums.size() * sizeof(float));
   for (const std::int64_t n : sums)
     out.push_back(static_cast<float>(static_cast<double>(n) * weight));
   return out;
