@@ -179,9 +179,10 @@ struct VolumeSource {
 void check_digest(const fs::path& path, const std::string& expected) {
   std::string digest = sha256_of_file(path.string());
   if (digest != expected)
-    throw Error(ExitCode::input_missing,
-                fmt::format("{}: its SHA-256 is {}: another file than the one that was meant",
-                            path.string(), digest));
+    throw Error(
+        ExitCode::input_missing,
+        fmt::format("{}: its SHA-256 is {}, expected {}: another file than the one that was meant",
+                    path.string(), digest, expected));
 }
 
 /// \param load reads the file at its path, unless that was done before.

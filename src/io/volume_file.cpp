@@ -86,14 +86,17 @@ std::string helper_program() {
                   helper_name, looked));
 }
 
-/// What the child may take: far more than any sound file of this size needs.
+/// What the child may take: far more than any sound file of this size needs, also where others keep
+/// the processors busy.
 struct Limits {
-  std::uint64_t memory;   ///< [byte]
-  std::uint64_t seconds;  ///< of processor time, and a little more by the clock
+  std::uint64_t memory;  ///< [byte]
+  std::uint64_t cpu;     ///< [s] of processor time
+  std::uint64_t clock;   ///< [s]
 };
 
 Limits limits_for(std::uint64_t file_size) {
-  return {(std::uint64_t{2} << 30) + 64 * file_size, 6 + file_size / 1000000};
+  const std::uint64_t megabytes = file_size / 1000000;
+  return {(std::uint64_t{2} << 30) + 64 * file_size, 6 + megabytes, 8 + 4 * megabytes};
 }
 
 struct Outcome {
@@ -206,7 +209,7 @@ Outcome call_helper(const std::string& path, const Descriptor& file, const Descr
   struct stat status {};
   ::fstat(file.number(), &status);
   const Limits limits = limits_for(static_cast<std::uint64_t>(status.st_size));
-  words.insert(words.begin() + 1, {std::to_string(limits.memory), std::to_string(limits.seconds)});
+  words.insert(words.begin() + 1, {std::to_string(limits.memory), std::to_string(limits.cpu)});
 
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0)
@@ -217,17 +220,17 @@ Outcome call_helper(const std::string& path, const Descriptor& file, const Descr
   input.close();
 
   std::string text;
-  const auto deadline = Clock::now() + std::chrono::seconds(limits.seconds + 2);
+  const auto deadline = Clock::now() + std::chrono::seconds(limits.clock);
   const bool ended = read_report(output.number(), deadline, text);
   if (!ended)
-    fail(path, fmt::format("damaged, or too slow to read: given up after {} s", limits.seconds));
+    fail(path, fmt::format("damaged, or too slow to read: given up after {} s", limits.clock));
   const int result = child.wait();
   if (WIFSIGNALED(result)) {
     const int signal = WTERMSIG(result);
     if (signal == SIGXCPU || signal == SIGKILL)
       fail(path, fmt::format("damaged: reading it took more than {} s of processor time, or more "
                              "memory than there is, and was ended",
-                             limits.seconds));
+                             limits.cpu));
     fail(path, fmt::format("damaged: the library that reads it crashed ({}); nothing else came to "
                            "harm",
                            signal_name(signal)));
@@ -356,6 +359,9 @@ LoadedVolume load(const std::string& path, std::vector<std::string> words) {
   out.path = path;
   out.child_memory = outcome.memory;
   out.is_open = !loaded.value("closed", true);
+  if (out.is_open)
+    out.warnings.push_back(
+        "an open mesh: a shell two voxels thick along its faces, nothing within");
   try {
     out.volume = adopt(memory, loaded);
   } catch (const DamagedVolume& damage) {

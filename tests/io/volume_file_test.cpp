@@ -347,6 +347,7 @@ TEST(Mesh, is_filled_where_it_is_closed_and_a_shell_where_it_is_open) {
   for (const bool closed : {true, false}) {
     const LoadedVolume loaded = load_mesh(scratch.fill(cube(closed)), 32);
     EXPECT_EQ(loaded.is_open, !closed);
+    EXPECT_EQ(loaded.warnings.size(), closed ? 0u : 1u);
     const SparseGrid solid = loaded.volume->view();
     const glm::dmat4 to_index = glm::inverse(loaded.volume->to_world());
     const auto density = [&](glm::dvec3 p) {
@@ -360,6 +361,18 @@ TEST(Mesh, is_filled_where_it_is_closed_and_a_shell_where_it_is_open) {
     EXPECT_EQ(density({0.005, 0.5, 0.5}), 1.0f) << "just within a face";
     EXPECT_EQ(density({1.2, 0.5, 0.5}), 0.0f);
   }
+}
+
+TEST(Mesh, is_closed_where_faces_share_places_though_not_vertices) {
+  TYNDALL_NEEDS_VOLUMES();
+  const char* corners[] = {"v 0 0 0\n", "v 1 0 0\n", "v 0 1 0\n", "v 0 0 1\n"};
+  const int faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
+  std::string text;
+  for (const auto& face : faces) {
+    for (const int corner : face) text += corners[corner];
+    text += "f -3 -2 -1\n";
+  }
+  EXPECT_FALSE(load_mesh(Scratch("soup.obj").fill(text), 16).is_open);
 }
 
 TEST(Mesh, names_the_line_that_is_wrong) {

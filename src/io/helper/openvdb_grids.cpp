@@ -233,6 +233,9 @@ Mesh read_mesh() {
   read_at(0, text.data(), text.size());
   std::istringstream lines(text);
   Mesh mesh;
+  // Some writers give each face vertices of its own: edges are between places.
+  std::map<openvdb::Vec3s, openvdb::Index32> places;
+  std::vector<openvdb::Index32> place_of;  // by vertex
   std::map<std::pair<openvdb::Index32, openvdb::Index32>, int> edges;
   std::string line;
   for (std::size_t number = 1; std::getline(lines, line); ++number) {
@@ -248,6 +251,8 @@ Mesh read_mesh() {
       if (!(words >> x >> y >> z) || !good(x) || !good(y) || !good(z))
         fail("expected three coordinates up to 1e9");
       mesh.points.emplace_back(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
+      const auto next = static_cast<openvdb::Index32>(places.size());
+      place_of.push_back(places.try_emplace(mesh.points.back(), next).first->second);
     } else if (word == "f") {
       std::vector<openvdb::Index32> corners;
       while (words >> word) {
@@ -262,7 +267,7 @@ Mesh read_mesh() {
       }
       if (corners.size() < 3) fail("expected three or more vertices");
       for (std::size_t i = 0; i < corners.size(); ++i) {
-        const auto a = corners[i], b = corners[(i + 1) % corners.size()];
+        const auto a = place_of[corners[i]], b = place_of[corners[(i + 1) % corners.size()]];
         edges[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
       }
       if (corners.size() == 4) {
