@@ -538,7 +538,7 @@ struct Case {
 template <class V, class P>
 Case<V> one(
     const std::string& name, const std::string& doc, std::vector<Key<P>> keys, Rules<P> rules = {},
-    const std::function<V(const P&)>& store = [](const P& value) { return V(value); }) {
+    const std::function<V(P&&)>& store = [](P&& value) { return V(std::move(value)); }) {
   const Kind<P> type{"", [](Reader&, const Node&, P&) {},
                      [=] {
                        return Json{{"const", name}};
@@ -554,7 +554,7 @@ Case<V> one(
          P read{};
          const std::size_t errors = reader.errors.size();
          whole.read(reader, node, read);
-         if (reader.errors.size() == errors) value = store(read);
+         if (reader.errors.size() == errors) value = store(std::move(read));
        },
        whole.schema, [=](const V&, const std::string& indent) { return whole.list(P{}, indent); }},
       is_usual};
