@@ -164,7 +164,8 @@ class CudaBackend final : public Backend {
                   const std::vector<float>& denominator) override {
     numerator_ = Buffer<float>(numerator.data(), numerator.size());
     denominator_ = Buffer<float>(denominator.data(), denominator.size());
-    field_ = {scene_->cells, numerator.empty() ? nullptr : numerator_.data(), denominator_.data()};
+    field_ = {scene_->cells, numerator.empty() ? nullptr : numerator_.data(), denominator_.data(),
+              scene_->coarse};
   }
 
   void gather(IndexRange samples) override {

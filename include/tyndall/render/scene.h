@@ -299,7 +299,9 @@ struct Scene {
   int illumination_order =
       -1;  ///< of the spherical harmonics, 0 to 2; -1: 2 unless all scattering is isotropic
   std::uint64_t samples = 16;  ///< per pixel
-  int bounces = 0;             ///< of the camera's paths before they read the grid
+  /// Of the camera's paths before they read the grid; -1: as many as it takes to where the grid's
+  /// cells are fine enough, or most_bounces.
+  int bounces = -1;
   SingleScattering single_scattering = SingleScattering::apart;
   std::uint64_t seed = 1;
   Filter filter = Filter::box;

@@ -98,6 +98,8 @@ struct IlluminationField {
   IlluminationCells cells;
   const float* numerator = nullptr;    ///< [cells][groups][harmonics][channels] [W length]: N
   const float* denominator = nullptr;  ///< [cells] [length^2]: D
+  float coarse = 0;  ///< [length^2] D of cells that are too coarse to be read while there are
+                     ///< bounces left
 
   /// Where the light at a point is read from: 8 cells, and their shares in it.
   struct Spot {
