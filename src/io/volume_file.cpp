@@ -63,7 +63,9 @@ fs::path own_folder() {
   ::dladdr1(reinterpret_cast<const void*>(&own_folder), &self, &map, RTLD_DL_LINKMAP);
   // A program has no name there, and what it was called is no path where a shell looked it up.
   const char* library = map ? static_cast<const struct link_map*>(map)->l_name : "";
-  return fs::canonical(*library != '\0' ? library : "/proc/self/exe").parent_path();
+  if (*library != '\0') return fs::canonical(library).parent_path();
+  // Unlike canonical(), this works also where a new program has taken its place since.
+  return fs::read_symlink("/proc/self/exe").parent_path();
 }
 
 /// Beside the program (or library), in the folder above it (the tests of a build), or where an
