@@ -26,6 +26,7 @@
 
 #include "tyndall/base/hash.h"
 #include "tyndall/render/backend.h"
+#include "tyndall/render/image.h"
 #include "tyndall/render/render.h"
 #include "tyndall/render/volume.h"
 
@@ -286,6 +287,43 @@ Scene mixed() {
   return s;
 }
 
+/// Lamps near and within, a sun's disc and an image of the sky, in groups.
+Scene all_lights() {
+  Scene s = small();
+  NoiseCloud cloud;
+  cloud.octaves = 5;
+  s.medium.components = {component(cloud, 12.0, {0.95, 0.9, 0.8}, HenyeyGreensteinPhase{0.5}),
+                         component(Solid{}, 0.5, glm::dvec3(0.9))};
+  std::vector<Vec3f> texels;
+  for (int i = 0; i < 9 * 5; ++i) {
+    const auto k = static_cast<float>(i * 7 % 16);
+    texels.push_back({0.125f * k, 0.0625f * k + 0.25f, i == 13 ? 40.0f : 1.0f});
+  }
+  EnvironmentLight sky;
+  sky.image = std::make_shared<const Image>(9, 5, std::move(texels));
+  sky.scale = 0.25;
+  sky.rotation = 77.0;
+  sky.group = "sky";
+  s.lights = {sky,
+              PointLight{{0.25, 0.75, 0.5}, {1, 2, 3}},
+              DirectionalLight{{0.5, -1.0, 0.25}, {2, 1.5, 1}, 0.53, "sun"},
+              DirectionalLight{{-0.5, -1.0, 0.25}, {0.5, 0.5, 1}},
+              SpotLight{{1.5, 2.0, -0.5}, {-1.0, -1.5, 1.0}, 35.0, 0.5, {20, 15, 10}, "lamps"},
+              RectangleLight{{0.5, 1.5, 0.5}, {0.5, 0, 0}, {0.125, 0, 0.5}, {4, 2, 1}, "lamps"},
+              RectangleLight{{0.5, 0.5, 0.0625}, {0.25, 0, 0}, {0, 0.25, 0}, {1, 4, 1}},
+              SphereLight{{-1.0, 0.5, 0.5}, 0.25, {8, 8, 4}, "lamps"},
+              SphereLight{{0.75, 0.25, 0.75}, 0.0625, {2, 2, 8}},
+              EnvironmentLight{{0.125, 0.125, 0.25}}};
+  s.background = {0.0, 0.0, 0.125};
+  return s;
+}
+
+Scene all_lights_path() {
+  Scene s = all_lights();
+  s.integrator = Integrator::path;
+  return s;
+}
+
 Scene mixed_woodcock() {
   Scene s = mixed();
   s.medium.components.erase(s.medium.components.begin());
@@ -382,6 +420,8 @@ constexpr Named scenes[] = {
     {"sparse_float", sparse_float},
     {"sparse_quantised", sparse_quantised},
     {"glowing", glowing},
+    {"all_lights", all_lights},
+    {"all_lights_path", all_lights_path},
     {"mixed", mixed},
     {"mixed_woodcock", mixed_woodcock},
     {"mixed_marching", mixed_marching},

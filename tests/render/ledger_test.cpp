@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <memory>
 #include <numeric>
 
 #include "support/scenes.h"
 #include "tyndall/render/error.h"
+#include "tyndall/render/image.h"
 
 namespace tyndall::test {
 namespace {
@@ -83,6 +85,28 @@ TEST(LedgerOfPhotons, closes_in_integers_and_every_fate_occurs) {
     for (const auto& component : ledger.absorbed_power) power += component[c];
     EXPECT_EQ(power, ledger.shot_power[c]);
     EXPECT_GT(ledger.shot_power[c], 0);
+  }
+}
+
+// Photons that a test against a bound discards are counted, too.
+TEST(LedgerOfPhotons, closes_under_every_kind_of_light) {
+  Scene scene = coloured();
+  scene::EnvironmentLight sky;
+  sky.image = std::make_shared<const Image>(
+      3, 2, std::vector<Vec3f>{{1, 0, 0}, {0, 3, 1}, {2, 2, 2}, {0, 0, 0}, {5, 1, 1}, {1, 1, 4}});
+  const scene::Light lights[] = {
+      scene::SpotLight{{1.5, 2, 0.5}, {-1, -1.2, 0.1}, 60, 0.7, {1, 2, 3}},
+      scene::DirectionalLight{{0.2, -1, 0.5}, {3, 2, 1}, 20}, sky,
+      scene::RectangleLight{{0.5, 2, 0.5}, {1, 0, 0}, {0, 0, 1}, {3, 2, 1}},
+      scene::SphereLight{{-1, 0.5, 0.5}, 0.3, {1, 2, 3}}};
+  for (const scene::Light& light : lights) {
+    scene.lights = {light};
+    const RenderResult result = render(scene, *make_cpu_backend());  // throws where it does not
+    const Ledger& ledger = result.ledger;
+    EXPECT_EQ(ledger.shot, 20000) << light.index();
+    EXPECT_GT(ledger.missed, 100) << light.index();
+    EXPECT_LT(ledger.missed, 18000) << light.index();
+    EXPECT_LT(ledger.shot_power[1], 20000ll << 24) << light.index();
   }
 }
 
