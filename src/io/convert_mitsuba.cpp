@@ -30,6 +30,13 @@ std::string phase(const scene::Phase& phase, const std::string& key, Refusals& r
           [](const scene::HenyeyGreensteinPhase& p) {
             return fmt::format("{{\"type\": \"hg\", \"g\": {:#}}}", p.g);
           },
+          [](const scene::TwoLobesPhase& p) {  // its weight is the second's
+            return fmt::format(
+                "{{\"type\": \"blendphase\", \"weight\": {:#},\n"
+                "              \"a\": {{\"type\": \"hg\", \"g\": {:#}}}, "
+                "\"b\": {{\"type\": \"hg\", \"g\": {:#}}}}}",
+                1 - p.weight, p.g1, p.g2);
+          },
           [](const scene::RayleighPhase&) { return std::string("{\"type\": \"rayleigh\"}"); }},
       phase);
 }
@@ -128,8 +135,9 @@ std::vector<ConvertedFile> convert_to_mitsuba(const SceneFile& file, const std::
   const Scene& scene = file.scene;
   Refusals refusals(file.inputs.front(), "Mitsuba");
   std::vector<std::string> phases;
-  for (const scene::Component& c : scene.medium.components)
-    phases.push_back(phase(c.phase, "medium.components.phase", refusals));
+  for (std::size_t i = 0; i < scene.medium.components.size(); ++i)
+    phases.push_back(phase(scene.medium.components[i].phase,
+                           fmt::format("medium.components[{}].phase", i), refusals));
   refuse_media(scene, phases, refusals);
   refuse_lights_and_camera(scene, refusals);
   glm::dvec3 sky = scene.background;

@@ -228,7 +228,7 @@ TEST_F(CliTest, ConvertsScenes) {
   expect_error({"convert", "scene.json", "-o", "none/a.py"}, 5, "none/a.py");
 
   // The grid beside the output must not be the one that the scene reads.
-  const std::string density(32, '\0');
+  const std::string density(32, '\x3f');  // 0.75 in every voxel
   std::ofstream(folder_ / "b.vol", std::ios::binary) << density;
   const std::string grid =
       R"(medium.components[0].field={"type": "grid", "size": [2, 2, 2], "file": "b.vol"})";

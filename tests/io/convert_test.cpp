@@ -484,10 +484,10 @@ std::vector<float> read_npy(const std::string& path) {
 
 TEST(Convert, MitsubaRendersTheSamePicture) {
   if (!python("-c 'import mitsuba'")) GTEST_SKIP() << "python3 has no mitsuba";
-  // Forward scattering, coloured, lit from a corner, seen askew, before a sky: nothing is
+  // Scattering forwards and back, coloured, lit from a corner, seen askew, before a sky: nothing is
   // symmetric.
   scene::Component ramp =
-      test::component(test::ramp(8, 0), 6, 0.8, scene::HenyeyGreensteinPhase{0.5});
+      test::component(test::ramp(8, 0), 6, 0.8, scene::TwoLobesPhase{0.6, -0.4, 0.8});
   ramp.albedo = {0.9, 0.7, 0.5};
   Scene scene = lit({ramp});
   scene.medium.box_max = {1, 0.8, 1};
@@ -539,6 +539,17 @@ TEST(Convert, RefusesWhatItWouldHaveToLeaveOut) {
         "medium.components[1].phase: ", "lights[1]: Mitsuba has one environment"})
     EXPECT_NE(mitsuba.find(words), std::string::npos) << words << "\n" << mitsuba;
   EXPECT_EQ(mitsuba.find("background"), std::string::npos) << mitsuba;
+
+  Scene other = lit({test::component(scene::Solid{}, 2, 0.5, scene::TabulatedPhase{})});
+  other.lights = {scene::SphereLight{}, scene::DirectionalLight{{0, 1, 0}, {1, 1, 1}, 0.5}};
+  other.camera.aperture_radius = 0.1;
+  other.filter = scene::Filter::gaussian;
+  for (const char* path : {"s.pbrt", "s.py"}) {
+    const std::string refused = refusal(file_of(other), path);
+    for (const char* words : {"json: medium.components[0].phase: ", "json: lights[0]: ",
+                              "json: lights[1]: ", "json: camera: ", "json: film.filter: "})
+      EXPECT_NE(refused.find(words), std::string::npos) << words << "\n" << refused;
+  }
 
   try {
     convert(file_of(scene), "s.blend", 8);
