@@ -163,10 +163,10 @@ OneMedium one_medium(const Scene& scene, const std::vector<std::string>& phases,
   out.low = scene.medium.box_min;
   out.high = scene.medium.box_max;
   const std::vector<std::size_t> matter = matter_of(scene);
-  if (matter.empty()) return out;
-  const scene::Component& first = scene.medium.components[matter[0]];
+  const std::size_t leader = matter.empty() ? 0 : matter[0];
+  const scene::Component& first = scene.medium.components[leader];
   out.albedo = first.albedo;
-  out.phase = phases[matter[0]];
+  out.phase = phases[leader];
 
   if (std::all_of(matter.begin(), matter.end(),
                   [&](std::size_t i) { return is_everywhere(scene.medium.components[i]); })) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <memory>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -83,7 +84,7 @@ OneMedium one_medium(const Scene& scene, const std::vector<std::string>& phases,
 std::string quoted(const std::string& name);
 /// "0.5, 1, 2"
 std::string listed(glm::dvec3 v, const char* separator = ", ");
-/// Where `path` ends in a folder: what stands before the extension, with another one.
+/// \return `path` with another extension.
 std::string beside(const std::string& path, const char* extension);
 
 std::vector<ConvertedFile> convert_to_pbrt(const SceneFile& file, const std::string& path,

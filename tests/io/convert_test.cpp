@@ -387,6 +387,17 @@ TEST(Convert, SamplesAreTheSumOfTheFieldsAtTheVoxelsCentres) {
   EXPECT_GT(sum * extent[0] * extent[1] * extent[2] / static_cast<double>(i), 3 * 0.5 * 0.268);
 }
 
+TEST(Convert, MatterThatDoesNothingIsAMediumOfNothing) {
+  const SceneFile file = file_of(lit({test::component(test::low_variation(5), 0)}));
+  const std::vector<Directive> pbrt = parse_pbrt(convert(file, "s.pbrt", 8)[0].bytes);
+  EXPECT_EQ(directive(pbrt, "MakeNamedMedium").parameters.at("scale").numbers()[0], 0);
+  const auto files = convert(file, "s.py", 8);
+  EXPECT_EQ(files.size(), 1u);
+  if (!python("--version")) GTEST_SKIP() << "no python3";
+  const Folder folder;
+  EXPECT_TRUE(python("-m py_compile " + folder.write(files[0]))) << files[0].bytes;
+}
+
 TEST(Convert, VolumesStayAsTheyAreForPbrt) {
   TYNDALL_NEEDS_VOLUMES();
   scene::SparseGrid field;
