@@ -164,8 +164,7 @@ class CudaBackend final : public Backend {
                   const std::vector<float>& denominator) override {
     numerator_ = Buffer<float>(numerator.data(), numerator.size());
     denominator_ = Buffer<float>(denominator.data(), denominator.size());
-    field_ = {scene_->cells, numerator.empty() ? nullptr : numerator_.data(), denominator_.data(),
-              scene_->coarse};
+    field_ = {scene_->cells, numerator.empty() ? nullptr : numerator_.data(), denominator_.data()};
   }
 
   void gather(IndexRange samples) override {

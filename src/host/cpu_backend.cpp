@@ -74,8 +74,7 @@ class CpuBackend final : public Backend {
 
   void illuminate(const std::vector<float>& numerator,
                   const std::vector<float>& denominator) override {
-    field_ = {scene_->cells, numerator.empty() ? nullptr : numerator.data(), denominator.data(),
-              scene_->coarse};
+    field_ = {scene_->cells, numerator.empty() ? nullptr : numerator.data(), denominator.data()};
   }
 
   void gather(IndexRange samples) override {

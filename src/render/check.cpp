@@ -405,7 +405,7 @@ class Checker {
         && (scene_.integrator == Integrator::path || scene_.bounces > 0))
       error(path, fmt::format("between periodic sides a {} light has images without end, which the "
                               "camera's paths cannot ask one by one: expected the integrator "
-                              "\"photons\" without bounces",
+                              "\"photons\" without bounces (gather.bounces 0)",
                               kind));
     bool inside = true, enters = false;
     for (int a = 0; a < 3; ++a) {

@@ -239,21 +239,6 @@ void prepare_groups(PreparedScene& out) {
   out.groups.push_back("background");
 }
 
-// ---- Bounces
-
-int most_bounces = getenv("TB") ? atoi(getenv("TB")) : 2;          // of paths that go on while cells are coarse
-double coarse_depth = getenv("TD") ? atof(getenv("TD")) : 0.5;  // [-] optical depth across a cell that is
-
-/// Between periodic sides some lights have images without end, and cannot be asked.
-bool can_bounce(const Scene& scene) {
-  const bool open = std::all_of(scene.medium.sides.begin(), scene.medium.sides.end(),
-                                [](scene::Side side) { return side == scene::Side::open; });
-  return open || std::none_of(scene.lights.begin(), scene.lights.end(), [](const scene::Light& l) {
-           return !std::holds_alternative<scene::DirectionalLight>(l)
-                  && !std::holds_alternative<scene::EnvironmentLight>(l);
-         });
-}
-
 // ---- Film
 
 /// [W/(area sr)], or more.
@@ -379,6 +364,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   }
 
   out.has_grid = scene.integrator == scene::Integrator::photons;
+  out.bounces = scene.bounces;
   out.is_apart = scene.single_scattering == scene::SingleScattering::apart;
   prepare_lights(scene, box, threads, stop, out);
   prepare_groups(out);
@@ -400,14 +386,6 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
                illumination_channels(out),
                std::max(static_cast<int>(out.groups.size()) - 1, 1)};
   out.cell_size = to_vec3f(extent / glm::dvec3(cx, cy, cz));
-  // Cells that light cannot cross without much chance of a collision blur it.
-  const bool as_needed = scene.bounces < 0 && can_bounce(scene);
-  out.bounces = std::max(as_needed ? most_bounces : scene.bounces, 0);
-  if (as_needed) {
-    const glm::dvec3 edges = to_dvec3(out.cell_size);
-    const double edge = (edges.x + edges.y + edges.z) / 3;
-    out.coarse = static_cast<float>(coarse_depth * edges.x * edges.y * edges.z / edge);
-  }
   // As many points as a 256^3 grid has cells: with a million photons their error is 0.02 of the
   // photons' in a cloud and 0.2 at a solid's edge, with 8 million three times that
   // (tests/statistical). No fewer than 3^3 a cell, and 6^3 where there is little, or wisps slip

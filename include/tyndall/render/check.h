@@ -102,7 +102,7 @@ inline constexpr Range crop{"an integer", 0, 65536};
 inline constexpr Range filter_radius{"a number of pixels", 0, 16};
 inline constexpr Range photons{"an integer", 1, 1e11};  // 64-bit tallies hold 2^39 initial powers
 inline constexpr Range samples{"an integer", 1, 1e6};   // per pixel
-inline constexpr Range bounces{"an integer", -1, 1e6};
+inline constexpr Range bounces{"an integer", 0, 1e6};
 inline constexpr Range marching_step{"a number", 0, 1e9};  // [length]
 inline constexpr Range exposure{"a number", -100, 100};    // [EV]
 inline constexpr Range seed{"an integer below 2^64", 0};

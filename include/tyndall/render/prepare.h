@@ -41,8 +41,7 @@ struct PreparedScene {
                                         ///< that shines, if any, and the background's; or none
   bool has_grid = true;                 ///< false: paths alone
   bool is_apart = true;                 ///< the grid lacks direct_lights scattered once
-  int bounces = 0;                      ///< most, before the grid is read
-  float coarse = 0;                     ///< see IlluminationField
+  int bounces = 0;                      ///< before the grid is read
   int film_width = 1, film_height = 1;  ///< of the crop
   float film_unit = 1;
   IlluminationCells cells;

@@ -295,13 +295,11 @@ struct Scene {
   double marching_step = 0.0;  ///< [length] of ray_marching; 0: one finest voxel of the components
   Integrator integrator = Integrator::photons;
   std::uint64_t photons = 1000000;
-  std::array<int, 3> illumination_resolution{64, 64, 64};
+  std::array<int, 3> illumination_resolution{96, 96, 96};
   int illumination_order =
       -1;  ///< of the spherical harmonics, 0 to 2; -1: 2 unless all scattering is isotropic
   std::uint64_t samples = 16;  ///< per pixel
-  /// Of the camera's paths before they read the grid; -1: as many as it takes to where the grid's
-  /// cells are fine enough, or most_bounces.
-  int bounces = -1;
+  int bounces = 1;             ///< of the camera's paths before they read the grid
   SingleScattering single_scattering = SingleScattering::apart;
   std::uint64_t seed = 1;
   Filter filter = Filter::box;

@@ -62,12 +62,11 @@ struct Film {
     PixelTally& tally = pixels[pixel];
     for (int c = 0; c < 3; ++c) {
       constexpr std::int64_t most = static_cast<std::int64_t>(range) << 24;
-      std::int64_t v = to_units(clamp(value[c], 0.0f, range));
-      const std::int64_t left = most - sample.rgb[c];
-      if (!(value[c] <= range) || v > left) {
-        sample.cut = true;
-        v = v > left ? left : v;
-      }
+      const bool is_within = abs(value[c]) <= range;
+      std::int64_t v = is_within ? to_units(value[c]) : value[c] > 0.0f ? most : 0;
+      const bool is_much = sample.rgb[c] + v > most;
+      if (is_much) v = most - sample.rgb[c];
+      sample.cut = sample.cut || is_much || !is_within;
       if (v == 0) continue;
       sample.rgb[c] += v;
       if (of_group) deposit(of_group[c], v);

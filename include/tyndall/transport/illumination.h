@@ -98,8 +98,6 @@ struct IlluminationField {
   IlluminationCells cells;
   const float* numerator = nullptr;    ///< [cells][groups][harmonics][channels] [W length]: N
   const float* denominator = nullptr;  ///< [cells] [length^2]: D
-  float coarse = 0;  ///< [length^2] D of cells that are too coarse to be read while there are
-                     ///< bounces left
 
   /// Where the light at a point is read from: 8 cells, and their shares in it.
   struct Spot {
@@ -142,8 +140,9 @@ struct IlluminationField {
       }
       sum = sum + share * moment;
     }
-    sum = (1.0f / spot.matter) * sum;
-    return {max(sum.x, 0.0f), max(sum.y, 0.0f), max(sum.z, 0.0f)};  // a truncated series may dip
+    // A truncated series, and the noise of one with few photons, may dip below 0. So it stays: cut
+    // off, the mean would be too bright where it is dark.
+    return (1.0f / spot.matter) * sum;
   }
   TYN_HD Vec3f scattered(Vec3f p, Vec3f towards, const Phase& phase) const {
     return scattered_at(spot(p), towards, phase, 0);

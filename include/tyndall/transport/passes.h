@@ -315,7 +315,7 @@ struct GatherPass {
   IlluminationField illumination;  ///< numerator: null for none
   DirectLights lights;
   Vec3f background;  ///< [W/(area sr)] that the camera sees where nothing else is
-  int bounces;       ///< most, before the grid is read
+  int bounces;       ///< before the grid is read
   bool is_apart;     ///< the grid lacks light of `lights` that is scattered once
   std::uint64_t seed;
   Film film;
@@ -381,7 +381,7 @@ struct GatherPass {
       add(sight, sight.throughput * component.emitted(p),
           sight.collisions == 0 ? Part::emission : Part::multiple, film.group_count - 2);
     if (!component.scatters()) return false;
-    const bool is_last = ends_at(p, sight.collisions);
+    const bool is_last = illumination.numerator && sight.collisions >= bounces;
     const Vec3f scattered = sight.throughput * component.albedo;
     ++sight.collisions;
     if (is_last) read_grid(sight, p, direction, scattered, component);
@@ -420,12 +420,6 @@ struct GatherPass {
     path.tau = sight.tau;
     path.reach = largest_float;
     return !sight.stops;
-  }
-
-  /// Whether the grid is read at `p`.
-  TYN_HD bool ends_at(Vec3f p, int collisions) const {
-    if (!illumination.numerator) return false;
-    return collisions >= bounces || illumination.spot(p).matter < illumination.coarse;
   }
 
   TYN_HD void add(Sight& sight, Vec3f radiance, Part part, int group) const {
