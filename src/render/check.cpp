@@ -13,6 +13,7 @@
 #include "tyndall/base/math.h"
 #include "tyndall/render/image.h"
 #include "tyndall/render/volume.h"
+#include "tyndall/transport/film.h"
 #include "tyndall/transport/illumination.h"
 #include "tyndall/transport/ledger.h"
 
@@ -661,17 +662,18 @@ int stored_illumination_order(const Scene& scene) {
 }
 
 std::uint64_t memory_needed(const Scene& scene) {
-  // A pixel: 80 bytes of integer tallies and its four floats.
+  // A pixel: integer tallies of a replicate and of all, what their spread takes, and 20 floats.
   const std::array<int, 4>& crop = scene.camera.crop;
   const std::uint64_t pixels = crop[2] == 0
                                    ? product(scene.camera.resolution)
                                    : product(std::array{crop[2] - crop[0], crop[3] - crop[1]});
-  const std::uint64_t film = pixels * (80 + 16);
+  const std::uint64_t film = pixels * (2 * sizeof(PixelTally) + 48 + 80);
 
-  // A cell: RGB coefficients and the matter as 64-bit integers, and the same once more as floats.
+  // A cell: RGB coefficients and the matter as 64-bit integers, of this replicate and of the next,
+  // and the same once more as floats.
   const int order = stored_illumination_order(scene);
   const auto numbers = static_cast<std::uint64_t>(3 * (order + 1) * (order + 1) + 1);
-  const std::uint64_t illumination = product(scene.illumination_resolution) * numbers * (8 + 4);
+  const std::uint64_t illumination = product(scene.illumination_resolution) * numbers * (2 * 8 + 4);
 
   // A super-voxel: two bounds of each component. A grid: its values here and as the walks read
   // them.

@@ -160,15 +160,20 @@ class LightList {
 
     std::stable_partition(direct_.begin(), direct_.end(),
                           [](const Weighed<DirectLight>& l) { return l.value.is_met(); });
+    std::stable_partition(direct_.begin(), direct_.end(),
+                          [](const Weighed<DirectLight>& l) { return l.value.is_even(); });
     powers.clear();
     for (const Weighed<DirectLight>& l : direct_) powers.push_back(largest(l.power));
     // What is far off or turned away still lights something.
     const double total = std::accumulate(powers.begin(), powers.end(), 0.0);
     const double least = std::max(total, 1e-300) / (1024 * static_cast<double>(powers.size()));
-    for (double& power : powers) power = std::max(power, least);
+    for (std::size_t i = 0; i < powers.size(); ++i)
+      powers[i] = direct_[i].value.is_even() ? 0.0 : std::max(powers[i], least);
     out_.direct_lights = share_out(direct_, powers);
     std::uint64_t before = 0;
     for (DirectLight& light : out_.direct_lights) {
+      light.chance = 0;
+      if (light.is_even()) continue;
       const std::uint64_t end = std::uint64_t{light.last_word} + 1;
       light.chance = static_cast<float>(static_cast<double>(end - before) / 4294967296.0);
       before = end;
@@ -193,7 +198,7 @@ class LightList {
       sum += powers[i];
       values.push_back(from[i].value);
       values[i].last_word = static_cast<std::uint32_t>(
-          std::clamp(sum / total * 4294967296.0 - 1.0, 0.0, 4294967295.0));
+          std::clamp(sum / std::max(total, 1e-300) * 4294967296.0 - 1.0, 0.0, 4294967295.0));
     }
     return values;
   }

@@ -88,6 +88,7 @@ TEST(Check, KnowsTheOrderThatPhaseFunctionsNeed) {
 
 TEST(Check, LightMustBeAbleToEnterAndToEnd) {
   Scene scene = good();
+  scene.bounces = 0;
   scene.medium.sides = {Side::periodic, Side::periodic, Side::periodic};
   EXPECT_EQ(errors(scene), "lights[0].position");
   std::get<PointLight>(scene.lights[0]).position = glm::dvec3(0.5);

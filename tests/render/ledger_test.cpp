@@ -183,6 +183,7 @@ TEST(StalledLight, is_what_runs_for_a_million_crossings_between_periodic_sides) 
   scene.medium.components = {component(scene::Solid{}, 1e-9, 0.5)};
   scene.lights = {scene::PointLight{{0.5, 0.5, 0.5}, glm::dvec3(1)}};
   scene.photons = 20;
+  scene.bounces = 0;
   const Tallies tallies = shoot(scene);
   EXPECT_GE(tallies.account.ledger.stalled, 19);
   EXPECT_EQ(tallies.account.ledger.stalled + tallies.account.ledger.rouletted, 20);

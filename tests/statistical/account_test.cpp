@@ -117,24 +117,18 @@ TEST(Matter, of_a_solid_is_measured_better_than_its_light) {
 }
 
 // A sheet in a fiftieth of its cell.
-TEST(Matter, of_a_thin_cell_that_photons_hit_takes_more_points_and_is_unbiased) {
+TEST(Matter, of_a_thin_cell_takes_more_points_and_is_unbiased) {
   Scene scene = furnace({component(scene::Solid{scene::Cuboid{{0, 0.13, 0}, {1, 0.135, 1}}}, 8)});
   scene.illumination_resolution = {4, 4, 4};
-  scene.photons = 10000;
-  Tallies tallies = shoot(scene);
+  scene.photons = 1;
+  const Tallies tallies = shoot(scene);
   const int seeds = 400;
-  ASSERT_NE(tallies.illumination[0], 0);
   const double exact = 0.005 / 0.25 * 8 * double{tallies.scene.matter_scale};
-  for (const bool lit : {true, false}) {
-    if (!lit) std::fill(tallies.illumination.begin(), tallies.illumination.end(), 0);
-    Series d;
-    for (int seed = 1; seed <= seeds; ++seed)
-      d.add(matter(tallies, {0}, 4, static_cast<std::uint64_t>(seed))[0] / exact);
-    EXPECT_GT(replicates_p(d, 1), level) << d.mean();
-    // 1.3 of the points hit, or 10.
-    const double spread = d.standard_error() * std::sqrt(seeds);
-    EXPECT_NEAR(spread, lit ? 0.29 : 0.85, 0.1);
-  }
+  Series d;
+  for (int seed = 1; seed <= seeds; ++seed)
+    d.add(matter(tallies, {0}, 4, static_cast<std::uint64_t>(seed))[0] / exact);
+  EXPECT_GT(replicates_p(d, 1), level) << d.mean();
+  EXPECT_LT(d.standard_error() * std::sqrt(seeds), 0.4);  // 10 of the points hit, not 1.3
 }
 
 // ---- Bounds

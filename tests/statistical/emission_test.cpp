@@ -35,6 +35,7 @@ TEST_P(IsothermalOven, hides_matter_of_its_own_temperature) {
   scene.medium.majorant_resolution.fill(4);
   scene.photons = 150000;
   scene.samples = 256;
+  scene.single_scattering = scene::SingleScattering::grid;  // see WhiteFurnace
   const std::vector<RenderResult> results = replicates(scene, 12);
   for (int channel = 0; channel < 3; ++channel) {
     const Series mean =

@@ -264,7 +264,7 @@ struct DirectLight {
 
   Kind kind = Kind::point;
   std::uint32_t last_word = 0;  ///< as an Emitter's
-  float chance = 1;             ///< to be chosen
+  float chance = 1;             ///< to be chosen; 0 of the first ones, if of any
   int group = 0;
   Vec3f amount{0, 0, 0};  ///< point, spot: intensity [W/sr]; beam: [W/area]; radiance [W/(area sr)]
                           ///< of the others, of which the image is a multiple
@@ -282,6 +282,9 @@ struct DirectLight {
   TYN_HD bool is_met() const {
     return kind != Kind::point && kind != Kind::spot && kind != Kind::beam;
   }
+  /// Whether it is the same from everywhere: found best by chance, by the directions that matter
+  /// scatters into. It has no chance to be asked.
+  TYN_HD bool is_even() const { return kind == Kind::environment; }
   /// Whether it is beyond everything.
   TYN_HD bool is_distant() const {
     return kind == Kind::beam || kind == Kind::sun || kind == Kind::environment
@@ -414,11 +417,15 @@ struct DirectLights {
   const DirectLight* lights = nullptr;
   int count = 0;
 
-  /// One of the lights, as seen from `p`. \param random a: choice of the light, b and c: point of
-  /// it
+  /// Whether there are any to be asked.
+  TYN_HD bool any_asked() const { return count > 0 && lights[count - 1].chance > 0.0f; }
+
+  /// One of those, as seen from `p`. \param random a: choice of the light, b and c: point of it
   TYN_HD LightSample sample(Vec3f p, RandomBlock random) const {
     int chosen = 0;
-    while (chosen + 1 < count && random.a > lights[chosen].last_word) ++chosen;
+    while (chosen + 1 < count
+           && (lights[chosen].chance == 0.0f || random.a > lights[chosen].last_word))
+      ++chosen;
     const DirectLight& light = lights[chosen];
     LightSample out = light.sample(p, random);
     out.irradiance = (1.0f / light.chance) * out.irradiance;

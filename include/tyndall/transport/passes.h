@@ -287,11 +287,11 @@ struct Sight {
   SampleSum sum;
   Vec3f albedo{0, 0, 0};  ///< of what it met first
   Vec3f throughput{1, 1, 1};
-  int collisions = 0;     ///< with matter that scatters
-  bool hit = false;       ///< met matter
-  bool ends = false;      ///< at its next collision, of which it takes nothing
-  bool is_asked = false;  ///< the lights were, where its flight began
-  float pdf = 0;          ///< of the direction it scattered into [1/sr]
+  int collisions = 0;         ///< with matter that scatters
+  bool hit = false;           ///< met matter
+  bool ends = false;          ///< at its next collision, of which it takes nothing
+  bool takes_lights = false;  ///< the lights were, where its flight began
+  float pdf = 0;              ///< of the direction it scattered into [1/sr]
 
   // A shadow walk, and what comes after it:
   bool in_shadow_walk = false;
@@ -385,16 +385,17 @@ struct GatherPass {
     const Vec3f scattered = sight.throughput * component.albedo;
     ++sight.collisions;
     if (is_last) read_grid(sight, p, direction, scattered, component);
-    const bool asks = lights.count > 0 && (is_apart || !is_last);
+    const bool takes_lights = is_apart || !is_last;
     sight.throughput = scatter(sight.throughput, component.albedo, random, path.event).weight;
     sight.ends = is_last;
-    sight.is_asked = asks;
-    sight.stops = !(largest(sight.throughput) > 0.0f) || (is_last && !(asks && lights.any_met()));
+    sight.takes_lights = takes_lights;
+    sight.stops =
+        !(largest(sight.throughput) > 0.0f) || (is_last && !(takes_lights && lights.any_met()));
     sight.onward = {p, component.phase.sample(direction, uniform_symmetric(path.drawn.c),
                                               uniform_symmetric(path.drawn.d))};
     sight.pdf = component.phase.pdf(dot(direction, sight.onward.direction));
     sight.tau = path.tau;
-    if (!asks) return resume(sight, path);
+    if (!takes_lights || !lights.any_asked()) return resume(sight, path);
     const RandomBlock drawn = random.block(path.event, Purpose::light);
     const LightSample light = lights.sample(p, drawn);
     const float cosine = dot(direction, light.direction);
@@ -428,7 +429,7 @@ struct GatherPass {
 
   /// Lights on the way of a flight from `sight.onward.origin`, `distance` long.
   TYN_HD void see_lights(Sight& sight, Vec3f direction, float distance) const {
-    if (sight.collisions > 0 && !sight.is_asked) return;  // they are in the grid
+    if (sight.collisions > 0 && !sight.takes_lights) return;  // they are in the grid
     lights.meet(sight.onward.origin, direction, distance,
                 [&](Vec3f radiance, float pdf, int group) {
                   const float share = sight.collisions == 0 ? 1.0f : sight.pdf / (sight.pdf + pdf);
