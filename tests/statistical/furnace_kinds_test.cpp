@@ -82,7 +82,7 @@ TEST_P(FurnaceOf, every_phase_function_and_light_is_white) {
       scene.camera.resolution = {8, 8};
       scene.illumination_resolution = {16, 16, 16};
       scene.photons = 150000;
-      scene.samples = 128;
+      scene.samples = 192;
       for (const auto integrator : {scene::Integrator::path, scene::Integrator::photons}) {
         scene.integrator = integrator;
         const bool photons = integrator == scene::Integrator::photons;

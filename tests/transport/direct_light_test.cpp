@@ -199,10 +199,17 @@ void cone_of(const Case& c, glm::dvec3 p, glm::dvec3& axis, double& angle) {
   }
 }
 
+/// Such a sky has no chance to be asked.
+bool is_even(const scene::Light& light) {
+  const auto* sky = std::get_if<scene::EnvironmentLight>(&light);
+  return sky && !sky->image;
+}
+
 const glm::dvec3 places[] = {{0.8, 0.3, 0.4}, {0.1, 1.9, 0.05}};
 
 TEST(DirectLights, draw_directions_with_the_density_that_rays_meet_them_with) {
   for (const Case& c : cases()) {
+    if (is_even(c.light)) continue;
     const Lit lit({c.light});
     if (!lit.lights.any_met()) continue;
     for (const glm::dvec3& p : places) {
@@ -252,6 +259,7 @@ TEST(DirectLights, draw_directions_with_the_density_that_rays_meet_them_with) {
 
 TEST(DirectLights, that_were_drawn_are_met_where_they_were_drawn) {
   for (const Case& c : cases()) {
+    if (is_even(c.light)) continue;
     const Lit lit({c.light});
     const bool is_met = lit.lights.any_met();
     int missed = 0;
@@ -328,6 +336,7 @@ glm::dvec3 received(const scene::Light& light, glm::dvec3 p) {
 
 TEST(DirectLights, send_what_closed_forms_and_quadrature_say) {
   for (const Case& c : cases()) {
+    if (is_even(c.light)) continue;
     const Lit lit({c.light});
     for (const glm::dvec3& p : places) {
       const glm::dvec3 expected = received(c.light, p);
@@ -353,6 +362,7 @@ TEST(DirectLights, are_chosen_with_the_chance_that_their_density_has) {
   std::vector<glm::dvec3> expected;
   const glm::dvec3 p = places[0];
   for (const Case& c : cases()) {
+    if (is_even(c.light)) continue;
     scene::Light light = c.light;
     std::visit([&](auto& l) { l.group = c.name; }, light);
     all.push_back(light);
@@ -360,8 +370,6 @@ TEST(DirectLights, are_chosen_with_the_chance_that_their_density_has) {
   }
   const Lit lit(all);
   ASSERT_EQ(lit.prepared.light_groups.size(), all.size());
-  for (std::size_t i = 0; i < all.size(); ++i)
-    EXPECT_EQ(lit.prepared.light_groups[i], cases()[i].name);
   ASSERT_EQ(lit.lights.count, static_cast<int>(all.size()));
   double chances = 0;
   for (const DirectLight& light : lit.prepared.direct_lights) chances += double{light.chance};
@@ -499,8 +507,31 @@ TEST(DirectLights, are_those_that_rays_meet_first) {
   EXPECT_EQ(lit.prepared.light_groups, std::vector<std::string>{""});
 }
 
+TEST(DirectLights, that_are_the_same_from_everywhere_are_met_and_never_asked) {
+  scene::EnvironmentLight sky;
+  sky.radiance = {1, 2, 3};
+  const Lit alone({sky});
+  EXPECT_TRUE(alone.lights.any_met());
+  EXPECT_FALSE(alone.lights.any_asked());
+  const Lit lit(
+      {scene::PointLight{}, sky, scene::DirectionalLight{{0, -1, 0}, glm::dvec3(1), 2, ""}});
+  EXPECT_TRUE(lit.lights.any_asked());
+  Vec3f met{0, 0, 0};
+  lit.lights.meet({0, 0, 0}, {0, -1, 0}, largest_float, [&](Vec3f radiance, float pdf, int) {
+    EXPECT_EQ(pdf, 0.0f) << "all of it is found by chance";
+    met = met + radiance;
+  });
+  EXPECT_EQ(met.z, 3.0f);
+  for (int k = 0; k < 10000; ++k) {
+    const LightSample s = lit.sample({0.2f, 0.3f, 0.4f}, static_cast<std::uint64_t>(k));
+    EXPECT_TRUE(std::isfinite(s.irradiance.x));
+    EXPECT_TRUE(s.distance < 100 || s.direction.y > 0.9f);
+  }
+}
+
 TEST(DirectLights, never_give_what_is_no_number) {
   for (const Case& c : cases()) {
+    if (is_even(c.light)) continue;
     const Lit lit({c.light});
     for (int k = 0; k < 300; ++k) {
       const Vec3f p = rounded(c.center + (k % 3 == 0 ? 0.0 : std::pow(10.0, -k / 10)) * places[0]);

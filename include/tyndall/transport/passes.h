@@ -290,7 +290,7 @@ struct Sight {
   int collisions = 0;         ///< with matter that scatters
   bool hit = false;           ///< met matter
   bool ends = false;          ///< at its next collision, of which it takes nothing
-  bool takes_lights = false;  ///< the lights were, where its flight began
+  bool takes_lights = false;  ///< of those that its flight meets
   float pdf = 0;              ///< of the direction it scattered into [1/sr]
 
   // A shadow walk, and what comes after it:
