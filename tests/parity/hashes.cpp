@@ -102,6 +102,7 @@ Scene endless() {
   s.medium.sides = {Side::periodic, Side::periodic, Side::periodic};
   s.medium.components = {component(Solid{}, 3.0, {0.7, 0.5, 0.9})};
   s.lights = {PointLight{{0.25, 0.125, 0.375}, {3, 2, 1}}};
+  s.bounces = 0;  // the lamp has images without end
   s.camera.position = {0.5, 0.25, 0.125};
   return s;
 }
