@@ -237,7 +237,8 @@ Json picture_info(const std::string& path) {
   for (const float value : picture.rgba) most = std::max(most, value);
   out["channels"] = "R, G, B, A";
   std::vector<std::string> layers;
-  for (const PictureLayer& layer : picture.layers) layers.push_back(layer.name + "." + layer.channels);
+  for (const PictureLayer& layer : picture.layers)
+    layers.push_back(layer.name + "." + layer.channels);
   if (!layers.empty()) out["layers"] = fmt::format("{}", fmt::join(layers, ", "));
   out["largest value"] = brief(most);
   for (const auto& [key, value] : picture.provenance) out[key] = value;

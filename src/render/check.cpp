@@ -357,7 +357,24 @@ class Checker {
   }
 
   void light(const std::string& path, const Light& light) {
-    std::visit([&](const auto& l) { this->light(path, l); }, light);
+    std::visit(
+        [&](const auto& l) {
+          this->light(path, l);
+          group(path + ".group", l.group);
+        },
+        light);
+  }
+
+  /// It is the name of a layer of EXR files, where dots mean something.
+  void group(const std::string& path, const std::string& name) {
+    const auto is_good = [](char c) {
+      return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'
+             || c == '-';
+    };
+    if (name.size() > 24 || !std::all_of(name.begin(), name.end(), is_good))
+      error(path, fmt::format("expected up to 24 letters, digits, '_' and '-', got \"{}\"", name));
+    for (const char* taken : {"others", "emission", "background"})
+      if (name == taken) error(path, fmt::format("\"{}\" is the layer of what no group has", name));
   }
 
   void emission(const std::string& path, const glm::dvec3& amount) {
