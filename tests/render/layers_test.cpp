@@ -26,6 +26,7 @@ Scene two_groups() {
   scene.photons = 4000;
   scene.samples = 16;
   scene.camera.resolution = {12, 12};
+  scene.illumination_resolution = {16, 16, 16};
   return scene;
 }
 
