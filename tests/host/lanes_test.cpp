@@ -95,6 +95,7 @@ Account expect_equal(const Scene& scene, std::uint64_t begin, std::uint64_t phot
 Scene lit(scene::Component c) {
   Scene scene = furnace({std::move(c)});
   scene.medium.majorant_resolution = {7, 5, 9};
+  scene.illumination_resolution = {24, 24, 24};
   return scene;
 }
 
@@ -151,6 +152,7 @@ TEST(Lanes, give_up_where_single_photons_do) {
   Scene scene = lit(component(low_variation(4), 1e11, 0.5));
   scene.medium.majorant_resolution = {1, 1, 1};
   scene.camera.resolution = {1, 1};  // each sample takes as long as the photon
+  scene.bounces = 0;
   EXPECT_EQ(expect_equal(scene, 0, 1).ledger.stalled, 1);
 }
 

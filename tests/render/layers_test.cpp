@@ -66,8 +66,8 @@ TEST(Layers, change_nothing_of_the_picture) {
 // What is single, multiple and emission is the same for both integrators, in the mean.
 TEST(Layers, of_both_integrators_are_alike) {
   Scene scene = two_groups();
-  scene.samples = 256;
-  scene.photons = 40000;
+  scene.samples = 64;
+  scene.photons = 10000;
   const std::vector<RenderResult> photons = replicates(scene, 8);
   scene.integrator = scene::Integrator::path;
   const std::vector<RenderResult> paths = replicates(scene, 8);
@@ -87,7 +87,7 @@ TEST(Layers, of_both_integrators_are_alike) {
 TEST(Layers, tell_the_variance_of_the_picture) {
   Scene scene = two_groups();
   scene.camera.resolution = {6, 6};
-  const std::vector<RenderResult> pictures = replicates(scene, 60);
+  const std::vector<RenderResult> pictures = replicates(scene, 40);
   double told = 0, seen = 0;
   for (std::size_t i = 0; i < 36; ++i) {
     for (std::size_t c = 0; c < 3; ++c) {
@@ -100,7 +100,7 @@ TEST(Layers, tell_the_variance_of_the_picture) {
     }
   }
   EXPECT_GT(seen, 0);
-  EXPECT_NEAR(told / seen, 1, 0.08);
+  EXPECT_NEAR(told / seen, 1, 0.1);
 }
 
 }  // namespace
