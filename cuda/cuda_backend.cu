@@ -130,6 +130,7 @@ class CudaBackend final : public Backend {
     illumination_ =
         Buffer<std::int64_t>(scene.cells.count() * static_cast<std::size_t>(scene.cells.moments()));
     matter_ = Buffer<std::int64_t>(scene.cells.count());
+    detectors_ = Buffer<std::int64_t>(3 * scene.detectors.count());
     account_ = Buffer<Account>(1);
     pixels_ = Buffer<PixelTally>(scene.pixels());
     groups_ = Buffer<std::int64_t>(scene.pixels() * scene.groups.size() * 3);
@@ -137,10 +138,12 @@ class CudaBackend final : public Backend {
   }
 
   void shoot(IndexRange photons) override {
+    Detectors detectors = scene_->detectors;
+    if (detectors_.size() > 0) detectors.sums = detectors_.data();
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
       launch(ShootPass<Medium, Sampler>{medium, sampler, lights_, scene_->seed,
                                         IlluminationTally{scene_->cells, illumination_.data()},
-                                        account_.data()},
+                                        account_.data(), detectors},
              photons, stop_);
     });
   }
@@ -157,6 +160,7 @@ class CudaBackend final : public Backend {
 
   std::vector<std::int64_t> take_illumination() override { return take(illumination_); }
   std::vector<std::int64_t> take_matter() override { return std::exchange(matter_, {}).read(); }
+  std::vector<std::int64_t> take_detectors() override { return take(detectors_); }
 
   Account take_account() override { return take(account_)[0]; }
 
@@ -213,7 +217,7 @@ class CudaBackend final : public Backend {
   DirectLights direct_lights_;
   IlluminationField field_;
   std::vector<std::shared_ptr<void>> arrays_;
-  Buffer<std::int64_t> illumination_, matter_, clamped_, groups_;
+  Buffer<std::int64_t> illumination_, matter_, detectors_, clamped_, groups_;
   Buffer<float> numerator_, denominator_;
   Buffer<Account> account_;
   Buffer<PixelTally> pixels_;

@@ -137,6 +137,10 @@ int run(int argc, char** argv) {
   render->add_option("--report", arguments.report, "Writes the account of the run as JSON")
       ->type_name("FILE");
   render
+      ->add_option("--detectors", arguments.detectors,
+                   "Writes what the scene's detectors counted as JSON")
+      ->type_name("FILE");
+  render
       ->add_option("--progress", arguments.progress,
                    "auto (a bar on terminals), bar, plain or none")
       ->type_name("STYLE")

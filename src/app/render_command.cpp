@@ -18,11 +18,13 @@
 #include "app/memory.h"
 #include "app/progress.h"
 #include "app/signals.h"
+#include "io/detectors.h"
 #include "io/output_file.h"
 #include "io/pfm.h"
 #include "io/report.h"
 #include "io/scene_json.h"
 #include "tyndall/render/backend.h"
+#include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
 #if TYNDALL_OPENEXR
@@ -197,12 +199,24 @@ void render_command(const RenderArguments& arguments) {
     paths.push_back(arguments.report);
     encoders.push_back([]() -> Encoder { return io::report_json; });
   }
+  if (!arguments.detectors.empty()) {
+    paths.push_back(arguments.detectors);
+    encoders.push_back([]() -> Encoder { return io::detectors_json; });
+  }
   refuse_repeats(paths);
 
   const auto [scene, warnings, inputs, volumes] =
       io::read_scene(arguments.scene, arguments.overrides);
   refuse_inputs(inputs, paths);
   for (const std::string& warning : warnings) warn(warning);
+  if (!arguments.detectors.empty() && !detects(scene)) {
+    usage_error(
+        fmt::format("--detectors {}: the scene has none; add \"detectors\" to it, such as "
+                    "-D detectors.flux=[64,64]",
+                    arguments.detectors));
+  }
+  if (detects(scene) && arguments.detectors.empty())
+    warn("the scene's detectors are written nowhere: add --detectors FILE");
   if (const std::string shortage = memory_shortage(scene); !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
   const std::unique_ptr<Backend> backend = make_backend(device, arguments.threads);

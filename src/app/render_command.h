@@ -14,6 +14,7 @@ struct RenderArguments {
       outputs;  ///< empty: one picture named like the scene, in the current folder
   std::vector<std::string> overrides;  ///< "path=value"
   std::string report;                  ///< file, empty: none
+  std::string detectors;               ///< file, empty: none
   std::string device = "cpu";          ///< "cpu", "cuda", "cuda:1"
   std::string progress = "auto";       ///< auto, bar, plain, none
   int threads = 0;                     ///< 0: one per hardware thread

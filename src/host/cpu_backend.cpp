@@ -33,11 +33,14 @@ class CpuBackend final : public Backend {
     illumination_.clear();
     resize_in_huge_pages(illumination_, cells * static_cast<std::size_t>(scene.cells.moments()));
     matter_.assign(cells, 0);
+    detectors_.assign(3 * scene.detectors.count(), 0);
     account_ = {};
     clear_film();
   }
 
   void shoot(IndexRange photons) override {
+    Detectors detectors = scene_->detectors;
+    if (!detectors_.empty()) detectors.sums = detectors_.data();
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
       const ShootPass<Medium, Sampler> pass{
           medium,
@@ -45,7 +48,8 @@ class CpuBackend final : public Backend {
           Lights{scene_->emitters.data(), static_cast<int>(scene_->emitters.size())},
           scene_->seed,
           IlluminationTally{scene_->cells, illumination_.data()},
-          nullptr};
+          nullptr,
+          detectors};
       run_walks(photons, pass);
     });
   }
@@ -70,6 +74,10 @@ class CpuBackend final : public Backend {
     return std::exchange(illumination_, std::move(empty));
   }
   std::vector<std::int64_t> take_matter() override { return std::exchange(matter_, {}); }
+  std::vector<std::int64_t> take_detectors() override {
+    std::vector<std::int64_t> empty(detectors_.size(), 0);
+    return std::exchange(detectors_, std::move(empty));
+  }
   Account take_account() override { return std::exchange(account_, {}); }
 
   void illuminate(const std::vector<float>& numerator,
@@ -163,7 +171,7 @@ class CpuBackend final : public Backend {
   std::string instruction_set_;
   const PreparedScene* scene_ = nullptr;
   Stop stop_;
-  std::vector<std::int64_t> illumination_, matter_;
+  std::vector<std::int64_t> illumination_, matter_, detectors_;
   Account account_;
   IlluminationField field_;
   FilmTallies film_;

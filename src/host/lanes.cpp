@@ -97,7 +97,7 @@ class Batch {
       lanes_.state[l] = Lanes::idle;
       Path path{{position(l), direction(l)}, 0, 0, {}};
       const Flight flight{left ? Flight::End::escaped : Flight::End::stalled, virtual_particle,
-                          lanes_.face[l]};
+                          lanes_.face[l], lanes_.distance[l]};
       if ((left || stalled) && driver().leave(l, flight, path)) set_out(l, path);
       while (lanes_.state[l] == Lanes::idle && next_ < end_) begin(l, driver().stream(next_++));
       idle += lanes_.state[l] == Lanes::idle;
@@ -250,15 +250,17 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
     set_weight(l, burden.weight);
     lanes_.group[l] = burden.group;
     lanes_.scores[l] = burden.scores;
+    tracks_[l] = burden.track;
     return true;
   }
 
-  bool leave(int l, const Flight& flight, Path&) {
-    pass_.leave(flight, weight(l));
+  bool leave(int l, const Flight& flight, Path& path) {
+    tracks_[l].length = tracks_[l].length + flight.length;
+    pass_.leave(flight, path.ray, weight(l), tracks_[l]);
     return false;
   }
 
-  void move(int, int) {}
+  void move(int from, int to) { tracks_[to] = tracks_[from]; }
 
   // Memory is asked for early: an atomic addition waits for its own alone.
   void before(int real) {
@@ -273,6 +275,10 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
 
   bool collide(int l, int c) {
     const auto& component = pass_.medium.component(c);
+    if (pass_.detectors.sums) {
+      tracks_[l].length = tracks_[l].length + lanes_.distance[l];
+      ++tracks_[l].scatterings;
+    }
     Vec3f w = weight(l);
     if (component.scatters() && lanes_.scores[l]) {
       pass_.illumination.score(static_cast<std::size_t>(lanes_.illumination_cell[l]),
@@ -282,7 +288,8 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
     if (component.albedo.x == 1.0f && component.albedo.y == 1.0f && component.albedo.z == 1.0f)
       return true;
     const RandomStream random{pass_.seed, lanes_.index[l], Pass::domain};
-    if (!pass_.survive(c, component.albedo, random, lanes_.event[l], w)) return false;
+    if (!pass_.survive(c, component.albedo, this->position(l), random, lanes_.event[l], w))
+      return false;
     set_weight(l, w);
     return true;
   }
@@ -305,6 +312,7 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
   }
 
   const Pass& pass_;
+  Track tracks_[Lanes::size];  ///< kept where there are detectors
 };
 
 /// Samples of the picture.

@@ -35,6 +35,7 @@ using namespace scene;
 using scene::Camera;
 using scene::Component;
 using scene::DenseGrid;
+using scene::Detectors;
 using scene::NoiseCloud;
 using scene::Remap;
 using scene::Solid;
@@ -675,6 +676,28 @@ Kind<Camera> camera() {
                   "all directions: longitude across, latitude down, look_at in the middle", {})});
 }
 
+Kind<Detectors> detectors() {
+  const auto bins = integer<int>(limits::bins);
+  return object<Detectors>(
+      {key("flux", &Detectors::flux, tuple<std::array<int, 2>>("u, v", integer<int>(limits::flux)),
+           "",
+           "cells of each face, and the power that leaves through them; u and v are the two other "
+           "axes in the order x, y, z"),
+       group<Detectors>("path_length",
+                        {key("bins", &Detectors::path_length_bins, bins, "", "from 0 to max"),
+                         key("max", &Detectors::path_length_max, number(limits::path_length),
+                             "length", "end of the last bin, which takes what is beyond, too")},
+                        "power that leaves, by the length of its way through the medium"),
+       group<Detectors>("scatterings",
+                        {key("bins", &Detectors::scattering_bins, bins, "",
+                             "0, 1, 2 ... scatterings; the last one takes more, too")},
+                        "power that leaves, by how often it was scattered"),
+       group<Detectors>("exit_angle", {key("bins", &Detectors::exit_angle_bins, bins, "", "even")},
+                        "power that leaves, by the cosine to the outward normal of the face"),
+       key("absorbed", &Detectors::absorbed, cells(limits::voxels_absorbed), "",
+           "voxels, and the power that is absorbed in them")});
+}
+
 constexpr int format_version = 1;
 
 Key<Scene> version() {
@@ -749,6 +772,8 @@ const Kind<Scene>& table() {
                     {key("exposure", &Scene::exposure, number(limits::exposure), "EV",
                          "brightness of the PNG alone")},
                     "the picture for the eye"),
+       key("detectors", &Scene::detectors, detectors(), "",
+           "what is counted of the photons for `render --detectors FILE`; 0: nothing"),
        key("seed", &Scene::seed, integer<std::uint64_t>(limits::seed), "",
            "of all random numbers; one seed, one picture")});
   return scene;

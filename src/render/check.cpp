@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
@@ -64,6 +65,7 @@ class Checker {
     something_shines();
     camera();
     work();
+    detectors();
     return std::move(problems_);
   }
 
@@ -609,6 +611,29 @@ class Checker {
     }
   }
 
+  void detectors() {
+    const scene::Detectors& d = scene_.detectors;
+    if (numbers("detectors.flux", d.flux, 2, limits::flux)) all_or_none("detectors.flux", d.flux);
+    number("detectors.path_length.bins", d.path_length_bins, limits::bins);
+    if (number("detectors.path_length.max", d.path_length_max, limits::path_length)
+        && d.path_length_bins > 0)
+      number("detectors.path_length.max", d.path_length_max, limits::size);
+    number("detectors.scatterings.bins", d.scattering_bins, limits::bins);
+    number("detectors.exit_angle.bins", d.exit_angle_bins, limits::bins);
+    if (numbers("detectors.absorbed", d.absorbed, 3, limits::voxels_absorbed))
+      all_or_none("detectors.absorbed", d.absorbed);
+    if (detects(scene_) && scene_.integrator == Integrator::path)
+      error("detectors", "they count photons, and the integrator path shoots none");
+  }
+
+  template <class Sizes>
+  void all_or_none(const std::string& path, const Sizes& sizes) {
+    const auto zeros = std::count(sizes.begin(), sizes.end(), 0);
+    if (zeros != 0 && zeros != std::ssize(sizes))
+      error(path,
+            fmt::format("expected sizes above 0, or 0 for all, got [{}]", fmt::join(sizes, ", ")));
+  }
+
   const Scene& scene_;
   Problems problems_;
 };
@@ -662,6 +687,12 @@ PhaseTableProblem phase_table_problem(const scene::PhaseTable& table) {
   return {};
 }
 
+bool detects(const Scene& scene) {
+  const scene::Detectors& d = scene.detectors;
+  return d.flux[0] > 0 || d.path_length_bins > 0 || d.scattering_bins > 0 || d.exit_angle_bins > 0
+         || d.absorbed[0] > 0;
+}
+
 int needed_illumination_order(const Scene& scene) {
   int order = 0;
   for (const scene::Component& c : scene.medium.components) {
@@ -707,7 +738,13 @@ std::uint64_t memory_needed(const Scene& scene) {
     const auto* sky = std::get_if<EnvironmentLight>(&light);
     if (sky && sky->image) media += (12 + 4) * sky->image->texels().size();
   }
-  return film + illumination + media;
+
+  // Bins: RGB, here and in the text they become.
+  const scene::Detectors& d = scene.detectors;
+  const std::uint64_t bins =
+      6 * product(d.flux) + product(d.absorbed) + product(std::array{d.path_length_bins})
+      + product(std::array{d.scattering_bins}) + product(std::array{d.exit_angle_bins});
+  return film + illumination + media + bins * 3 * (2 * 8 + 24);
 }
 
 std::string describe(const Range& range) {

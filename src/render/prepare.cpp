@@ -265,6 +265,21 @@ float film_unit(const Scene& scene, const std::vector<Component<AnyField>>& comp
   return static_cast<float>(std::ldexp(1.0, std::clamp(exponent, -80, 80)));
 }
 
+// ---- Detectors
+
+Detectors view(const scene::Detectors& from, const glm::dvec3& extent) {
+  Detectors d;
+  d.flux_u = from.flux[0], d.flux_v = from.flux[1];
+  d.lengths = from.path_length_bins;
+  d.scatterings = from.scattering_bins;
+  d.angles = from.exit_angle_bins;
+  d.nx = from.absorbed[0], d.ny = from.absorbed[1], d.nz = from.absorbed[2];
+  if (d.lengths > 0) d.inverse_length = static_cast<float>(d.lengths / from.path_length_max);
+  d.inverse_extent = to_vec3f(1.0 / extent);
+  d.inverse_voxel_size = to_vec3f(glm::dvec3(d.nx, d.ny, d.nz) / extent);
+  return d;
+}
+
 bool is_grey(Vec3f color) { return color.x == color.y && color.y == color.z; }
 
 /// One where nothing has a colour: a third of the memory and of the deposits.
@@ -394,6 +409,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   int exponent = 0;
   std::frexp(std::max(double{out.tables.whole_total[0]}, 1e-30), &exponent);
   out.matter_scale = static_cast<float>(std::ldexp(1.0, 40 - exponent));
+  out.detectors = view(scene.detectors, extent);
   return out;
 }
 

@@ -348,6 +348,9 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
   result.seconds.pixels = gather.seconds();
   result.replicates = replicates;
 
+  result.detectors = prepared.detectors;
+  result.detected = backend.take_detectors();
+  if (!result.detected.empty()) tallies.add_all(result.detected.data(), result.detected.size());
   hash_ledger(tallies, shot.ledger);
   if (const double stalled = stalled_share(shot.ledger); stalled > 1e-6) {
     result.warnings.push_back(

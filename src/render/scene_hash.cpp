@@ -108,6 +108,11 @@ class SceneHasher {
             c.aperture_radius, c.focus_distance, c.width, c.resolution, c.crop);
   }
 
+  void add(const scene::Detectors& d) {
+    (*this)(d.flux, d.path_length_bins, d.path_length_max, d.scattering_bins, d.exit_angle_bins,
+            d.absorbed);
+  }
+
   Hasher hasher_;
 };
 
@@ -119,7 +124,7 @@ std::uint64_t scene_hash(const Scene& s) {
   hash(arithmetic_version, m.box_min, m.box_max, m.sides, m.majorant_resolution, m.components,
        s.lights, s.camera, s.filter, s.filter_radius, s.background, s.sampler, s.marching_step,
        s.photons, s.illumination_resolution, s.illumination_order, s.samples, s.seed, s.integrator,
-       s.bounces, s.single_scattering);
+       s.bounces, s.single_scattering, s.detectors);
   return hash.value();
 }
 

@@ -14,7 +14,7 @@ namespace {
 
 struct Result {
   Account shot, gathered;
-  std::vector<std::int64_t> illumination, matter;
+  std::vector<std::int64_t> illumination, matter, detected;
   std::vector<PixelTally> pixels;
 };
 
@@ -26,6 +26,9 @@ Result run(const PreparedScene& scene, const Medium& medium, std::uint64_t begin
   Result result;
   result.illumination.assign(scene.cells.count() * static_cast<std::size_t>(scene.cells.moments()),
                              0);
+  result.detected.assign(3 * scene.detectors.count(), 0);
+  Detectors detectors = scene.detectors;
+  detectors.sums = result.detected.empty() ? nullptr : result.detected.data();
   const IlluminationTally tally{scene.cells, result.illumination.data()};
   call(ShootPass<Medium, SuperVoxel>{medium,
                                      {},
@@ -33,7 +36,8 @@ Result run(const PreparedScene& scene, const Medium& medium, std::uint64_t begin
                                       static_cast<int>(scene.emitters.size())},
                                      scene.seed,
                                      tally,
-                                     &result.shot},
+                                     &result.shot,
+                                     detectors},
        begin, end);
   result.matter.assign(scene.cells.count(), 0);
   call(MatterPass<Medium>{medium, scene.seed, scene.cells, scene.cell_size, scene.strata,
@@ -79,6 +83,7 @@ Account expect_equal(const Scene& scene, std::uint64_t begin, std::uint64_t phot
                                    });
           EXPECT_EQ(lanes.illumination, plain.illumination);
           EXPECT_EQ(lanes.matter, plain.matter);
+          EXPECT_EQ(lanes.detected, plain.detected);
           EXPECT_EQ(std::memcmp(lanes.pixels.data(), plain.pixels.data(),
                                 plain.pixels.size() * sizeof(PixelTally)),
                     0);
@@ -130,6 +135,19 @@ TEST(Lanes, keep_the_account_of_coloured_light_that_misses_is_absorbed_and_escap
   expect_equal(scene, 0, 4000);
   scene.medium.components[0].albedo = {0, 0, 0};
   expect_equal(scene, 0, 2000);
+}
+
+TEST(Lanes, tell_detectors_what_single_photons_tell) {
+  Scene scene = lit(component(low_variation(6), 30, 1, scene::HenyeyGreensteinPhase{0.6}));
+  scene.detectors = {{9, 7}, 1000, 5, 50, 200, {5, 6, 7}};
+  scene.illumination_resolution = {3, 3, 3};  // little matter to measure
+  expect_equal(scene, 0, 4000);
+  scene.medium.components[0].albedo = {0.99, 0.8, 0.5};
+  scene.medium.components.push_back(
+      component(scene::Solid{scene::Sphere{{0.5, 0.4, 0.5}, 0.2}}, 200, 0));
+  scene.lights = {scene::PointLight{{1.5, 1.8, -0.5}, {3, 2, 1}},
+                  scene::DirectionalLight{{0.2, -1, 0.1}, {1, 2, 3}}};
+  expect_equal(scene, 0, 4000);
 }
 
 TEST(Lanes, know_media_of_several_components_and_fields) {

@@ -26,6 +26,7 @@ class Tampering final : public Backend {
   void measure_matter(IndexRange cells) override { cpu_->measure_matter(cells); }
   std::vector<std::int64_t> take_illumination() override { return cpu_->take_illumination(); }
   std::vector<std::int64_t> take_matter() override { return cpu_->take_matter(); }
+  std::vector<std::int64_t> take_detectors() override { return cpu_->take_detectors(); }
   Account take_account() override {
     Account account = cpu_->take_account();
     if (account.ledger.shot > 0) tamper_(account.ledger);

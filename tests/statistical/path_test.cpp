@@ -154,7 +154,7 @@ TEST(Paths, are_what_photons_with_bounces_come_to) {
                   scene::EnvironmentLight{{0.1, 0.2, 0.3}}};
   scene.illumination_resolution = {48, 48, 48};
   scene.photons = 400000;
-  scene.samples = 80;
+  scene.samples = 128;
   Scene exact = scene;
   exact.integrator = scene::Integrator::path;
   const std::vector<RenderResult> truth = replicates(exact, 8);

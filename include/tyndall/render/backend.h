@@ -41,6 +41,7 @@ class Backend {
   virtual std::vector<std::int64_t> take_matter() = 0;  ///< see MatterPass::matter
   // Since the last call:
   virtual std::vector<std::int64_t> take_illumination() = 0;  ///< see IlluminationTally::sums
+  virtual std::vector<std::int64_t> take_detectors() = 0;     ///< see Detectors::sums
   virtual Account take_account() = 0;
 
   /// Takes the grid that gather() reads; empty for none.

@@ -36,6 +36,9 @@ struct PhaseTableProblem {
 };
 PhaseTableProblem phase_table_problem(const scene::PhaseTable& table);
 
+/// \return whether `scene` has any detector.
+bool detects(const Scene& scene);
+
 /// \return order of the spherical harmonics that the phase functions of `scene` need: isotropic 0,
 /// Henyey-Greenstein 1, others 2.
 int needed_illumination_order(const Scene& scene);
@@ -105,6 +108,10 @@ inline constexpr Range samples{"an integer", 1, 1e6};   // per pixel
 inline constexpr Range bounces{"an integer", 0, 1e6};
 inline constexpr Range marching_step{"a number", 0, 1e9};  // [length]
 inline constexpr Range exposure{"a number", -100, 100};    // [EV]
+inline constexpr Range flux{"an integer", 0, 4096};        // per axis
+inline constexpr Range bins{"an integer", 0, 1e6};
+inline constexpr Range path_length{"a number", 0, 1e9};         // [length]
+inline constexpr Range voxels_absorbed{"an integer", 0, 1024};  // per axis
 inline constexpr Range seed{"an integer below 2^64", 0};
 inline constexpr Range noise_seed{"an integer", 0, 4294967295.0};
 }  // namespace limits

@@ -12,6 +12,7 @@
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/picture.h"
 #include "tyndall/render/scene.h"
+#include "tyndall/transport/detectors.h"
 #include "tyndall/transport/ledger.h"
 
 namespace tyndall {
@@ -32,7 +33,7 @@ struct RenderOptions {
 /// The integers that identify a result: equal on every machine, thread count, batch size and
 /// device.
 struct Hashes {
-  std::uint64_t tallies;  ///< of illumination, matter, ledger and film
+  std::uint64_t tallies;  ///< of illumination, matter, ledger, film and detectors
   std::uint64_t pixels;   ///< of the picture's floats
 };
 
@@ -48,6 +49,8 @@ struct RenderResult {
   double photon_power = 0;      ///< [W] of one photon of weight 1
   int replicates = 1;           ///< that the picture is the mean of; see most_replicates
   double unshot_power[3] = {};  ///< [W] of the lights that could not meet the medium: never shot
+  Detectors detectors;          ///< what there is in `detected`
+  std::vector<std::int64_t> detected;  ///< see Detectors::sums; empty where nothing was asked for
   Hashes hashes{};
   PassSeconds seconds;
   std::vector<std::string> warnings;

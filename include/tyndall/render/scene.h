@@ -285,6 +285,16 @@ enum class SingleScattering {
 
 enum class Sampler { super_voxel, woodcock, ray_marching };
 
+/// What is counted of the photons, for researchers (docs/detectors.md); 0: not counted.
+struct Detectors {
+  std::array<int, 2> flux{0, 0};  ///< cells of each face
+  int path_length_bins = 0;
+  double path_length_max = 0.0;  ///< [length] end of the last bin, which takes the rest, too
+  int scattering_bins = 0;       ///< the last one takes the rest
+  int exit_angle_bins = 0;
+  std::array<int, 3> absorbed{0, 0, 0};  ///< voxels
+};
+
 struct Scene {
   Medium medium;
   std::vector<Light> lights;
@@ -305,6 +315,7 @@ struct Scene {
   Filter filter = Filter::box;
   double filter_radius = 0.0;  ///< [pixel] 0: 0.5 of a box, 1.5 of the others
   double exposure = 0.0;       ///< [EV] of the PNG preview only
+  Detectors detectors;
 };
 
 }  // namespace tyndall::scene

@@ -5,6 +5,7 @@
 #pragma once
 
 #include "tyndall/transport/camera.h"
+#include "tyndall/transport/detectors.h"
 #include "tyndall/transport/film.h"
 #include "tyndall/transport/illumination.h"
 #include "tyndall/transport/ledger.h"
@@ -74,6 +75,7 @@ struct Burden {
   Vec3f weight;
   int group;    ///< of its light
   bool scores;  ///< whether it leaves light where it collides next
+  Track track{};
 };
 
 /// Shoots photon `index`, from its light to its one fate.
@@ -85,6 +87,7 @@ struct ShootPass {
   std::uint64_t seed;
   IlluminationTally illumination;
   Account* account;
+  Detectors detectors{};
 
   static constexpr Domain domain = Domain::photon;
 
@@ -96,15 +99,19 @@ struct ShootPass {
     Audit audit;
     for (;;) {
       const Flight flight = sampler.fly(medium, path, random, audit);
+      burden.track.length = burden.track.length + flight.length;
       if (flight.end != Flight::End::collided) {
-        leave(flight, burden.weight);
+        leave(flight, path.ray, burden.weight, burden.track);
         break;
       }
+      ++burden.track.scatterings;
       const auto& component = medium.component(flight.component);
       if (component.scatters() && burden.scores)
         illumination.score(path.ray.origin, path.ray.direction, burden.weight, burden.group);
       burden.scores = true;
-      if (!survive(flight.component, component.albedo, random, path.event, burden.weight)) break;
+      if (!survive(flight.component, component.albedo, path.ray.origin, random, path.event,
+                   burden.weight))
+        break;
       path.ray.direction = component.phase.sample(
           path.ray.direction, uniform_symmetric(path.drawn.c), uniform_symmetric(path.drawn.d));
     }
@@ -133,37 +140,42 @@ struct ShootPass {
     return false;
   }
 
-  /// The end of a photon whose flight escaped or stalled.
-  TYN_HD void leave(const Flight& flight, Vec3f weight) const {
+  /// The end of a photon whose flight escaped or stalled. \param ray where that was, and how
+  TYN_HD void leave(const Flight& flight, const Ray& ray, Vec3f weight, Track track) const {
     const bool escaped = flight.end == Flight::End::escaped;
     Ledger& ledger = account->ledger;
     deposit(escaped ? ledger.escaped[flight.face] : ledger.stalled, 1);
     deposit_weight(escaped ? ledger.escaped_power[flight.face] : ledger.stalled_power, weight);
+    if (escaped && detectors.sums)
+      detectors.escape(flight.face, ray.origin, ray.direction, track, weight);
   }
 
-  /// Absorption and roulette at a collision. \return false where they end the photon.
-  TYN_HD bool survive(int component, Vec3f albedo, const RandomStream& random, std::uint32_t event,
-                      Vec3f& weight) const {
+  /// Absorption and roulette at a collision at `p`. \return false where they end the photon.
+  TYN_HD bool survive(int component, Vec3f albedo, Vec3f p, const RandomStream& random,
+                      std::uint32_t event, Vec3f& weight) const {
     const Scattering next = scatter(weight, albedo, random, event);
-    settle(account->ledger, component, weight, albedo, next);
+    settle(component, weight, albedo, p, next);
     weight = next.weight;
     return !next.absorbed && !next.rouletted;
   }
 
   // The power a collision takes: part to the component, the rest to (or from) the roulette. In
   // integers, so that the sum over the photon's life closes exactly.
-  TYN_HD static void settle(Ledger& ledger, int component, Vec3f weight, Vec3f albedo,
-                            const Scattering& next) {
+  TYN_HD void settle(int component, Vec3f weight, Vec3f albedo, Vec3f p,
+                     const Scattering& next) const {
+    Ledger& ledger = account->ledger;
     const float before[3] = {weight.x, weight.y, weight.z};
     const float share[3] = {albedo.x, albedo.y, albedo.z};
     const float after[3] = {next.weight.x, next.weight.y, next.weight.z};
+    std::int64_t absorbed[3];
     for (int c = 0; c < 3; ++c) {
       const std::int64_t scattered = to_units(before[c] * share[c]);
-      const std::int64_t absorbed = to_units(before[c]) - scattered;
+      absorbed[c] = to_units(before[c]) - scattered;
       const std::int64_t roulette = scattered - to_units(after[c]);
-      if (absorbed != 0) deposit(ledger.absorbed_power[component][c], absorbed);
+      if (absorbed[c] != 0) deposit(ledger.absorbed_power[component][c], absorbed[c]);
       if (roulette != 0) deposit(ledger.roulette_power[c], roulette);
     }
+    if (detectors.sums) detectors.absorb(p, absorbed);
     if (next.absorbed) deposit(ledger.absorbed[component], 1);
     if (next.rouletted) deposit(ledger.rouletted, 1);
   }

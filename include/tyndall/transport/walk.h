@@ -165,6 +165,7 @@ struct Flight {
   End end;        ///< escaped: nothing was in the way, to the end of the box or of the reach
   int component;  ///< collided: whose matter
   Face face;      ///< escaped: through which face of the box
+  float length;   ///< [length] of the flight
 };
 
 /// The flat loop: each turn crosses into the next super-voxel or is a tentative collision. tau is
@@ -177,7 +178,7 @@ TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
   SuperVoxelWalk walk(grid, path.ray);
   int crossings = 0, virtual_particles = 0;
   Lookups lookups;
-  Flight flight{Flight::End::stalled, virtual_particle, 0};
+  Flight flight{Flight::End::stalled, virtual_particle, 0, 0};
   for (;;) {
     const float sigma_maj = grid.total[walk.cell()];
     const float depth = sigma_maj * walk.length_to_exit();
@@ -208,13 +209,15 @@ TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
           usual == Decision::squeezed && is_audited(path.drawn.d) ? Decision::audited : usual);
       if (hit != virtual_particle) {
         ++audit.real;
-        flight = {Flight::End::collided, hit, 0};
+        flight.end = Flight::End::collided;
+        flight.component = hit;
         break;
       }
       if (++virtual_particles == most_virtual) break;
     }
   }
   path.ray.origin = walk.position();
+  flight.length = walk.travelled();
   audit.cells += crossings + 1;
   audit.lookups += lookups.lookups;
   audit.octaves += lookups.octaves;
@@ -252,7 +255,7 @@ struct RayMarching {
     SuperVoxelWalk walk(medium.whole, path.ray);
     int crossings = 0;
     TreeNodes nodes;
-    Flight flight{Flight::End::stalled, virtual_particle, 0};
+    Flight flight{Flight::End::stalled, virtual_particle, 0, 0};
     for (;;) {
       if (walk.travelled() > path.reach) {
         flight.end = Flight::End::escaped;
@@ -287,12 +290,13 @@ struct RayMarching {
         ++audit.real;
         path.drawn = random.block(++path.event, Purpose::walk);
         path.tau = exponential(path.drawn.b);
-        flight = {Flight::End::collided,
-                  choose(medium, middle, uniform(path.drawn.a) * sigma_t, nodes), 0};
+        flight.end = Flight::End::collided;
+        flight.component = choose(medium, middle, uniform(path.drawn.a) * sigma_t, nodes);
         break;
       }
     }
     path.ray.origin = walk.position();
+    flight.length = walk.travelled();
     audit.cells += crossings + 1;
     return flight;
   }

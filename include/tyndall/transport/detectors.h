@@ -1,0 +1,101 @@
+/// \file
+/// What researchers want to know of the photons beside the ledger: where light leaves and is
+/// absorbed, how far it came, how often it was scattered, at which angle it leaves. Each detector
+/// sorts the integers that the ledger counts, so that its bins add up to the ledger, bit for bit.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "tyndall/base/deposit.h"
+#include "tyndall/medium/majorant_grid.h"
+
+namespace tyndall {
+
+/// How a photon came to where it is.
+struct Track {
+  float length = 0;  ///< [length] since it met the medium
+  std::int32_t scatterings = 0;
+};
+
+/// RGB sums in units of 2^-24 of a photon, one detector after the other: flux, path length,
+/// scatterings, exit angle, absorbed. The last bins take what is beyond them. Sizes of 0: not
+/// asked for.
+struct Detectors {
+  int flux_u = 0, flux_v = 0;  ///< [faces][v][u] through a face, whose axes are point_on_face()'s
+  int lengths = 0;             ///< by path length
+  int scatterings = 0;         ///< by scatterings, from 0
+  int angles = 0;              ///< by the cosine to the outward normal of the face
+  int nx = 0, ny = 0, nz = 0;  ///< [z][y][x] absorbed in a voxel
+  float inverse_length = 0;    ///< [1/length] over a bin of path lengths
+  Vec3f inverse_extent{1, 1, 1};
+  Vec3f inverse_voxel_size{1, 1, 1};  ///< [1/length]
+  std::int64_t* sums = nullptr;       ///< [count()][3], or null: nothing is detected
+
+  // Where each detector begins, in bins.
+  TYN_HD std::size_t length_begin() const { return 6 * product(flux_u, flux_v, 1); }
+  TYN_HD std::size_t scattering_begin() const {
+    return length_begin() + static_cast<std::size_t>(lengths);
+  }
+  TYN_HD std::size_t angle_begin() const {
+    return scattering_begin() + static_cast<std::size_t>(scatterings);
+  }
+  TYN_HD std::size_t absorbed_begin() const {
+    return angle_begin() + static_cast<std::size_t>(angles);
+  }
+  TYN_HD std::size_t count() const { return absorbed_begin() + product(nx, ny, nz); }
+
+  // What to tell them, where there are sums.
+
+  /// Light that leaves at `p` through `face`.
+  TYN_HD void escape(int face, Vec3f p, Vec3f direction, Track track, Vec3f weight) const {
+    const int axis = face / 2;
+    if (flux_u > 0) {
+      const float u = axis == 0 ? p.y * inverse_extent.y : p.x * inverse_extent.x;
+      const float v = axis == 2 ? p.y * inverse_extent.y : p.z * inverse_extent.z;
+      add(product(face * flux_v + bin(v, flux_v), flux_u, 1)
+              + static_cast<std::size_t>(bin(u, flux_u)),
+          weight);
+    }
+    if (lengths > 0) {
+      const int i = MajorantGrid::coordinate(track.length, inverse_length, lengths);
+      add(length_begin() + static_cast<std::size_t>(i), weight);
+    }
+    if (scatterings > 0) {
+      const int i = track.scatterings < scatterings ? track.scatterings : scatterings - 1;
+      add(scattering_begin() + static_cast<std::size_t>(i), weight);
+    }
+    if (angles > 0) {
+      const float cosine = abs(axis == 0 ? direction.x : axis == 1 ? direction.y : direction.z);
+      add(angle_begin() + static_cast<std::size_t>(bin(cosine, angles)), weight);
+    }
+  }
+
+  /// Light that ends in matter at `p`.
+  TYN_HD void absorb(Vec3f p, const std::int64_t (&units)[3]) const {
+    if (nx == 0) return;
+    const int i = MajorantGrid::coordinate(p.x, inverse_voxel_size.x, nx),
+              j = MajorantGrid::coordinate(p.y, inverse_voxel_size.y, ny),
+              k = MajorantGrid::coordinate(p.z, inverse_voxel_size.z, nz);
+    const std::size_t voxel = product(k, ny, nx) + product(j, nx, 1) + static_cast<std::size_t>(i);
+    std::int64_t* sum = sums + 3 * (absorbed_begin() + voxel);
+    for (int c = 0; c < 3; ++c)
+      if (units[c] != 0) deposit(sum[c], units[c]);
+  }
+
+ private:
+  TYN_HD static std::size_t product(int a, int b, int c) {
+    return static_cast<std::size_t>(a) * static_cast<std::size_t>(b) * static_cast<std::size_t>(c);
+  }
+  TYN_HD static int bin(float share, int n) {
+    return MajorantGrid::coordinate(share, static_cast<float>(n), n);
+  }
+  TYN_HD void add(std::size_t at, Vec3f weight) const {
+    std::int64_t* sum = sums + 3 * at;
+    deposit(sum[0], to_units(weight.x));
+    deposit(sum[1], to_units(weight.y));
+    deposit(sum[2], to_units(weight.z));
+  }
+};
+
+}  // namespace tyndall

@@ -1,0 +1,76 @@
+#include "io/detectors.h"
+
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace tyndall::io {
+namespace {
+
+/// \return the RGB powers of `count` bins as a list of lists.
+std::string watts(const RenderResult& result, std::size_t begin, std::size_t count) {
+  const double unit = std::ldexp(result.photon_power, -24);
+  std::string text = "[";
+  for (std::size_t i = begin; i < begin + count; ++i) {
+    const std::int64_t* sum = result.detected.data() + 3 * i;
+    text +=
+        fmt::format("{}[{}, {}, {}]", i == begin ? "" : ", ", unit * static_cast<double>(sum[0]),
+                    unit * static_cast<double>(sum[1]), unit * static_cast<double>(sum[2]));
+  }
+  return text + "]";
+}
+
+std::string flux(const RenderResult& result) {
+  const char* const faces[] = {"-x", "+x", "-y", "+y", "-z", "+z"};
+  const Detectors& d = result.detectors;
+  const std::size_t cells = d.length_begin() / 6;
+  std::string text = fmt::format(R"({{"size": [{}, {}], "unit": "W")", d.flux_u, d.flux_v);
+  for (std::size_t face = 0; face < 6; ++face)
+    text += fmt::format(",\n    \"{}\": {}", faces[face], watts(result, face * cells, cells));
+  return text + "}";
+}
+
+/// \param step from the lower edge of a bin to that of the next
+std::string histogram(const RenderResult& result, std::size_t begin, int bins, double step,
+                      const char* unit) {
+  std::vector<double> from;
+  for (int i = 0; i < bins; ++i) from.push_back(step * i);
+  return fmt::format(
+      "{{\"from\": [{}], \"from_unit\": \"{}\", \"unit\": \"W\",\n    \"power\": {}}}",
+      fmt::join(from, ", "), unit, watts(result, begin, static_cast<std::size_t>(bins)));
+}
+
+}  // namespace
+
+std::string detectors_json(const Run& run) {
+  const RenderResult& result = run.result;
+  const Detectors& d = result.detectors;
+  std::vector<std::string> members{fmt::format("\"scene\": \"{:016x}\"", scene_hash(run.scene)),
+                                   fmt::format("\"tallies\": \"{:016x}\"", result.hashes.tallies),
+                                   fmt::format("\"photons\": {}", result.ledger.shot)};
+  if (d.flux_u > 0) members.push_back("\"flux\": " + flux(result));
+  if (d.lengths > 0) {
+    members.push_back("\"path_length\": "
+                      + histogram(result, d.length_begin(), d.lengths,
+                                  run.scene.detectors.path_length_max / d.lengths, "length"));
+  }
+  if (d.scatterings > 0) {
+    members.push_back("\"scatterings\": "
+                      + histogram(result, d.scattering_begin(), d.scatterings, 1, ""));
+  }
+  if (d.angles > 0) {
+    members.push_back("\"exit_angle\": "
+                      + histogram(result, d.angle_begin(), d.angles, 1.0 / d.angles, "cosine"));
+  }
+  if (d.nx > 0) {
+    members.push_back(fmt::format(
+        "\"absorbed\": {{\"size\": [{}, {}, {}], \"unit\": \"W\",\n    \"power\": {}}}", d.nx, d.ny,
+        d.nz, watts(result, d.absorbed_begin(), d.count() - d.absorbed_begin())));
+  }
+  return fmt::format("{{\n  {}\n}}\n", fmt::join(members, ",\n  "));
+}
+
+}  // namespace tyndall::io
