@@ -171,17 +171,17 @@ class CudaBackend final : public Backend {
     field_ = {scene_->cells, numerator.empty() ? nullptr : numerator_.data(), denominator_.data()};
   }
 
-  void gather(IndexRange samples) override {
+  void gather(IndexRange pixels, SampleRange samples) override {
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
       launch(
           GatherPass<Medium, Sampler>{
               medium, sampler, camera_, field_, direct_lights_, scene_->background, scene_->bounces,
-              scene_->is_apart, scene_->seed,
+              scene_->is_apart, scene_->seed, samples,
               Film{scene_->film_width, scene_->film_height, scene_->film_unit, pixels_.data(),
                    clamped_.data(), scene_->groups.empty() ? nullptr : groups_.data(),
                    static_cast<int>(scene_->groups.size())},
               account_.data()},
-          samples, stop_);
+          {pixels.begin * samples.count, pixels.end * samples.count}, stop_);
     });
   }
 

@@ -85,18 +85,19 @@ class CpuBackend final : public Backend {
     field_ = {scene_->cells, numerator.empty() ? nullptr : numerator.data(), denominator.data()};
   }
 
-  void gather(IndexRange samples) override {
+  void gather(IndexRange pixels, SampleRange samples) override {
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      run_walks(samples, GatherPass<Medium, Sampler>{
-                             medium, sampler, scene_->camera, field_,
-                             DirectLights{scene_->direct_lights.data(),
-                                          static_cast<int>(scene_->direct_lights.size())},
-                             scene_->background, scene_->bounces, scene_->is_apart, scene_->seed,
-                             Film{scene_->film_width, scene_->film_height, scene_->film_unit,
-                                  film_.pixels.data(), &film_.clamped,
-                                  film_.groups.empty() ? nullptr : film_.groups.data(),
-                                  static_cast<int>(scene_->groups.size())},
-                             nullptr});
+      run_walks(
+          {pixels.begin * samples.count, pixels.end * samples.count},
+          GatherPass<Medium, Sampler>{
+              medium, sampler, scene_->camera, field_,
+              DirectLights{scene_->direct_lights.data(),
+                           static_cast<int>(scene_->direct_lights.size())},
+              scene_->background, scene_->bounces, scene_->is_apart, scene_->seed, samples,
+              Film{scene_->film_width, scene_->film_height, scene_->film_unit, film_.pixels.data(),
+                   &film_.clamped, film_.groups.empty() ? nullptr : film_.groups.data(),
+                   static_cast<int>(scene_->groups.size())},
+              nullptr});
     });
   }
 

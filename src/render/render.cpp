@@ -36,14 +36,15 @@ class PassRunner {
   void run(IndexRange part, const Pass& pass) {
     const auto start = Clock::now();
     for (std::uint64_t begin = part.begin; begin < part.end;) {
-      report(begin);
+      report(done_);
       const std::uint64_t end = std::min(part.end, begin + size_);
       const auto batch_start = Clock::now();
       pass(IndexRange{begin, end});
+      done_ += end - begin;
       begin = end;
       if (options_.batch == 0 && seconds_since(batch_start) < 0.1) size_ *= 2;
     }
-    report(part.end);
+    report(done_);
     seconds_ += seconds_since(start);
   }
 
@@ -57,7 +58,7 @@ class PassRunner {
  private:
   const RenderOptions& options_;
   const char* name_;
-  std::uint64_t total_, size_ = 1024;
+  std::uint64_t total_, done_ = 0, size_ = 1024;
   double seconds_ = 0;
 };
 
@@ -317,7 +318,8 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
   const std::uint64_t pixels = prepared.pixels();
   int replicates = static_cast<int>(std::min<std::uint64_t>(scene.samples, most_replicates));
   if (photons > 0) replicates = static_cast<int>(std::min<std::uint64_t>(photons, replicates));
-  PassRunner shoot(options, "photons", photons), gather(options, "pixels", pixels * scene.samples);
+  PassRunner shoot(options, "photons", photons),
+      gather(options, "pixels", pixels * static_cast<std::uint64_t>(replicates));
   Development film(prepared, scene.samples, replicates);
   Account shot{}, gathered{};
   for (int r = 0; r < replicates; ++r) {
@@ -339,8 +341,9 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
     backend.illuminate(numerator, denominator);
     // Its samples.
     const IndexRange samples = share(scene.samples, r, replicates);
-    gather.run({samples.begin * pixels, samples.end * pixels},
-               [&](IndexRange range) { backend.gather(range); });
+    gather.run({0, pixels}, [&](IndexRange range) {
+      backend.gather(range, {samples.begin, samples.end - samples.begin});
+    });
     add(gathered, backend.take_account());
     film.add(backend.take_film(), samples.end - samples.begin);
   }

@@ -59,6 +59,7 @@ Result run(const PreparedScene& scene, const Medium& medium, std::uint64_t begin
                                       scene.bounces,
                                       scene.is_apart,
                                       scene.seed,
+                                      {0, 2},
                                       film,
                                       &result.gathered},
        0, 2 * film.pixel_count());

@@ -70,7 +70,8 @@ TEST(Determinism, split_ranges_add_up_to_the_whole) {
   const Scene scene = all_sorts();
   const PreparedScene prepared = prepare(scene, 0);
   const auto whole = make_cpu_backend(), parts = make_cpu_backend();
-  const std::uint64_t cells = prepared.cells.count(), samples = 16 * 16 * scene.samples;
+  const std::uint64_t cells = prepared.cells.count(), pixels = prepared.pixels();
+  const SampleRange samples{0, scene.samples};
   whole->load(prepared, {});
   whole->shoot({0, 3000});
   whole->measure_matter({0, cells});
@@ -92,9 +93,10 @@ TEST(Determinism, split_ranges_add_up_to_the_whole) {
   for (const auto& backend : {whole.get(), parts.get()}) {
     backend->illuminate(numerator, denominator);
   }
-  whole->gather({0, samples});
-  parts->gather({999, samples});
-  parts->gather({0, 999});
+  whole->gather({0, pixels}, samples);
+  parts->gather({99, pixels}, samples);
+  parts->gather({0, 99}, {1, samples.count - 1});
+  parts->gather({0, 99}, {0, 1});
   shot = whole->take_account(), summed = parts->take_account();
   EXPECT_EQ(std::memcmp(&shot, &summed, sizeof shot), 0);
   EXPECT_GT(shot.audit.real, 100);

@@ -36,7 +36,7 @@ class Tampering final : public Backend {
                   const std::vector<float>& denominator) override {
     cpu_->illuminate(numerator, denominator);
   }
-  void gather(IndexRange samples) override { cpu_->gather(samples); }
+  void gather(IndexRange pixels, SampleRange samples) override { cpu_->gather(pixels, samples); }
   FilmTallies take_film() override { return cpu_->take_film(); }
 
  private:

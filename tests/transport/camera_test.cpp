@@ -239,9 +239,9 @@ TEST(Camera, a_matrix_places_it_as_look_at_does) {
 
 TEST(CropWindow, has_the_streams_of_the_whole_picture) {
   const CropWindow window{7, 5, 2, 1, 3, 4};
-  EXPECT_EQ(window.stream(0), 9u);
+  EXPECT_EQ(window.stream(0, 0), 9u);
   for (std::uint64_t index = 0; index < 3 * window.pixel_count(); ++index) {
-    const std::uint64_t stream = window.stream(index), pixel = index % 12;
+    const std::uint64_t pixel = index % 12, stream = window.stream(pixel, index / 12);
     EXPECT_EQ(stream / 35, index / 12);
     EXPECT_EQ(window.column(stream), 2 + static_cast<int>(pixel % 3));
     EXPECT_EQ(window.row(stream), 1 + static_cast<int>(pixel / 3));

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "tyndall/render/parallel.h"
+#include "tyndall/transport/camera.h"
 #include "tyndall/transport/film.h"
 
 namespace tyndall {
@@ -47,7 +48,7 @@ class Backend {
   /// Takes the grid that gather() reads; empty for none.
   virtual void illuminate(const std::vector<float>& numerator,
                           const std::vector<float>& denominator) = 0;
-  virtual void gather(IndexRange samples) = 0;
+  virtual void gather(IndexRange pixels, SampleRange samples) = 0;
   virtual FilmTallies take_film() = 0;  ///< since the last call
 };
 

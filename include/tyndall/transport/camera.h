@@ -17,14 +17,12 @@ struct CropWindow {
     return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
   }
 
-  /// \return the stream of sample `index` = sample * pixel_count() + pixel of the window: the same
-  /// of the whole picture.
-  TYN_HD std::uint64_t stream(std::uint64_t index) const {
-    const std::uint64_t pixel = index % pixel_count(), columns = static_cast<std::uint64_t>(width);
+  /// \return the stream of a sample of a pixel of the window: the same of the whole picture.
+  TYN_HD std::uint64_t stream(std::uint64_t pixel, std::uint64_t sample) const {
+    const std::uint64_t columns = static_cast<std::uint64_t>(width);
     const std::uint64_t row = pixel / columns + static_cast<std::uint64_t>(top);
     const std::uint64_t column = pixel % columns + static_cast<std::uint64_t>(left);
-    const std::uint64_t rows =
-        index / pixel_count() * static_cast<std::uint64_t>(whole_height) + row;
+    const std::uint64_t rows = sample * static_cast<std::uint64_t>(whole_height) + row;
     return rows * static_cast<std::uint64_t>(whole_width) + column;
   }
 
@@ -42,6 +40,11 @@ struct CropWindow {
     return static_cast<std::uint64_t>(row(stream) - top) * static_cast<std::uint64_t>(width)
            + static_cast<std::uint64_t>(column(stream) - left);
   }
+};
+
+/// Samples of each pixel.
+struct SampleRange {
+  std::uint64_t begin = 0, count = 1;
 };
 
 /// Where the samples of a pixel lie: distributed as its filter, each of weight 1 and of this pixel

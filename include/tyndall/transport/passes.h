@@ -314,7 +314,8 @@ struct Sight {
   float tau = 0;
 };
 
-/// Gathers pixel sample `index` = sample * pixels + pixel: a path from the camera. At each of its
+/// Gathers a sample of a pixel, all of one pixel's before the next one's, since their rays meet the
+/// same matter, which a cache then has at hand: a path from the camera. At each of its
 /// collisions it adds what the matter emits and, by a shadow walk, what a light sends there; after
 /// some scatterings it reads the illumination grid for the rest, and ends. Without a grid and an
 /// end it is a path tracer. Lights that rays meet are found both ways, by asking them and by
@@ -330,6 +331,7 @@ struct GatherPass {
   int bounces;       ///< before the grid is read
   bool is_apart;     ///< the grid lacks light of `lights` that is scattered once
   std::uint64_t seed;
+  SampleRange samples;
   Film film;
   Account* account;
 
@@ -350,8 +352,10 @@ struct GatherPass {
     deposit_audit(account->audit, audit);
   }
 
-  /// \return whose random numbers sample `index` has.
-  TYN_HD std::uint64_t stream(std::uint64_t index) const { return camera.window.stream(index); }
+  /// \return whose random numbers path `index` has.
+  TYN_HD std::uint64_t stream(std::uint64_t index) const {
+    return camera.window.stream(index / samples.count, samples.begin + index % samples.count);
+  }
 
   // What becomes of a sample, for every driver. They return false where it is complete; otherwise
   // `path` is its next flight.
