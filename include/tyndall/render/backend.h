@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "tyndall/render/parallel.h"
-#include "tyndall/transport/camera.h"
 #include "tyndall/transport/film.h"
 
 namespace tyndall {

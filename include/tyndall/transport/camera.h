@@ -42,11 +42,6 @@ struct CropWindow {
   }
 };
 
-/// Samples of each pixel.
-struct SampleRange {
-  std::uint64_t begin = 0, count = 1;
-};
-
 /// Where the samples of a pixel lie: distributed as its filter, each of weight 1 and of this pixel
 /// alone. The same across and down.
 struct PixelFilter {

@@ -19,6 +19,11 @@ enum class Part {
   multiple,     ///< all else
 };
 
+/// Samples of each pixel.
+struct SampleRange {
+  std::uint64_t begin = 0, count = 1;
+};
+
 /// Sums over the samples of one pixel, in units of 2^-24 of the film's `unit`.
 struct PixelTally {
   std::int64_t sum[3] = {};       ///< of all light
