@@ -14,6 +14,7 @@
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/prepare.h"
 #include "tyndall/render/render.h"
+#include "tyndall/transport/depth.h"
 
 namespace tyndall {
 namespace {
@@ -131,6 +132,7 @@ class CudaBackend final : public Backend {
         Buffer<std::int64_t>(scene.cells.count() * static_cast<std::size_t>(scene.cells.moments()));
     matter_ = Buffer<std::int64_t>(scene.cells.count());
     detectors_ = Buffer<std::int64_t>(3 * scene.detectors.count());
+    depth_ = Buffer<float>(scene.pixels());
     account_ = Buffer<Account>(1);
     pixels_ = Buffer<PixelTally>(scene.pixels());
     groups_ = Buffer<std::int64_t>(scene.pixels() * scene.groups.size() * 3);
@@ -158,8 +160,17 @@ class CudaBackend final : public Backend {
         medium_);
   }
 
+  void measure_depth(IndexRange pixels) override {
+    std::visit(
+        [&]<class Medium>(const Medium& medium) {
+          launch(DepthPass<Medium>{medium, camera_, depth_.data()}, pixels, stop_);
+        },
+        medium_);
+  }
+
   std::vector<std::int64_t> take_illumination() override { return take(illumination_); }
   std::vector<std::int64_t> take_matter() override { return std::exchange(matter_, {}).read(); }
+  std::vector<float> take_depth() override { return std::exchange(depth_, {}).read(); }
   std::vector<std::int64_t> take_detectors() override { return take(detectors_); }
 
   Account take_account() override { return take(account_)[0]; }
@@ -218,7 +229,7 @@ class CudaBackend final : public Backend {
   IlluminationField field_;
   std::vector<std::shared_ptr<void>> arrays_;
   Buffer<std::int64_t> illumination_, matter_, detectors_, clamped_, groups_;
-  Buffer<float> numerator_, denominator_;
+  Buffer<float> numerator_, denominator_, depth_;
   Buffer<Account> account_;
   Buffer<PixelTally> pixels_;
 };

@@ -12,6 +12,7 @@
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/prepare.h"
 #include "tyndall/render/render.h"
+#include "tyndall/transport/depth.h"
 
 namespace tyndall {
 namespace {
@@ -34,6 +35,7 @@ class CpuBackend final : public Backend {
     resize_in_huge_pages(illumination_, cells * static_cast<std::size_t>(scene.cells.moments()));
     matter_.assign(cells, 0);
     detectors_.assign(3 * scene.detectors.count(), 0);
+    depth_.assign(scene.pixels(), no_depth);
     account_ = {};
     clear_film();
   }
@@ -68,12 +70,23 @@ class CpuBackend final : public Backend {
         scene_->medium);
   }
 
+  void measure_depth(IndexRange pixels) override {
+    std::visit(
+        [&]<class Medium>(const Medium& medium) {
+          const DepthPass<Medium> pass{medium, scene_->camera, depth_.data()};
+          parallel_for(pixels.begin, pixels.end, 64, threads_,
+                       [&](std::uint64_t begin, std::uint64_t end) { run(pass, begin, end); });
+        },
+        scene_->medium);
+  }
+
   std::vector<std::int64_t> take_illumination() override {
     std::vector<std::int64_t> empty;
     resize_in_huge_pages(empty, illumination_.size());
     return std::exchange(illumination_, std::move(empty));
   }
   std::vector<std::int64_t> take_matter() override { return std::exchange(matter_, {}); }
+  std::vector<float> take_depth() override { return std::exchange(depth_, {}); }
   std::vector<std::int64_t> take_detectors() override {
     std::vector<std::int64_t> empty(detectors_.size(), 0);
     return std::exchange(detectors_, std::move(empty));
@@ -173,6 +186,7 @@ class CpuBackend final : public Backend {
   const PreparedScene* scene_ = nullptr;
   Stop stop_;
   std::vector<std::int64_t> illumination_, matter_, detectors_;
+  std::vector<float> depth_;
   Account account_;
   IlluminationField field_;
   FilmTallies film_;

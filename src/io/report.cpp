@@ -246,6 +246,7 @@ std::string report_json(const Run& run) {
                 {"seconds.bounds", number(seconds.bounds)},
                 {"seconds.photons", number(seconds.photons)},
                 {"seconds.matter", number(seconds.matter)},
+                {"seconds.depth", number(seconds.depth)},
                 {"seconds.pixels", number(seconds.pixels)},
                 {"photons_per_second", number(photons_per_second(run.result))},
                 {"samples_per_second", number(samples_per_second(run.scene, run.result))}});
@@ -270,9 +271,9 @@ std::string report_lines(const Run& run) {
   for (const LoadedVolume& volume : run.volumes) lines += volume_line(volume);
   lines += fmt::format(
       "time     bounds {:.2f} s, photons {:.2f} s ({}/s), matter {:.2f} s, pixels {:.2f} s ({} "
-      "samples/s)\n",
+      "samples/s), depth {:.2f} s\n",
       seconds.bounds, seconds.photons, short_number(photons_per_second(result)), seconds.matter,
-      seconds.pixels, short_number(samples_per_second(run.scene, result)));
+      seconds.pixels, short_number(samples_per_second(run.scene, result)), seconds.depth);
   lines += photon_line(result.ledger) + power_line(result);
   lines += bounds_line(run.scene, result);
   lines += fmt::format("walks    photons: {}\n         pixels: {}\n", audit_text(result.shoot),

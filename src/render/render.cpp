@@ -205,7 +205,8 @@ class Development {
     hasher.add_all(sum_.groups.data(), sum_.groups.size());
   }
 
-  Picture picture() const {
+  /// \param depth see DepthPass::depth
+  Picture picture(std::vector<float> depth) const {
     Picture picture;
     picture.width = scene_.film_width;
     picture.height = scene_.film_height;
@@ -240,6 +241,7 @@ class Development {
         return radiance(sum_.groups[(i * groups + g) * 3 + c]);
       });
     }
+    picture.layers.push_back({"depth", "Z", std::move(depth)});
     picture.layers.push_back(
         {"samples", "Y", std::vector<float>(sum_.pixels.size(), static_cast<float>(samples_))});
     return picture;
@@ -347,6 +349,9 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
     add(gathered, backend.take_account());
     film.add(backend.take_film(), samples.end - samples.begin);
   }
+  PassRunner depth(options, "depth", pixels);
+  depth.run({0, pixels}, [&](IndexRange range) { backend.measure_depth(range); });
+  result.seconds.depth = depth.seconds();
   result.seconds.photons = shoot.seconds();
   result.seconds.pixels = gather.seconds();
   result.replicates = replicates;
@@ -366,7 +371,7 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
   for (int c = 0; c < 3; ++c) result.unshot_power[c] = prepared.unshot_power[c];
   film.hash(tallies);
   result.clamped = static_cast<std::uint64_t>(film.clamped());
-  result.picture = film.picture();
+  result.picture = film.picture(backend.take_depth());
   const CropWindow& window = prepared.camera.window;
   result.picture.left = window.left, result.picture.top = window.top;
   result.picture.whole_width = window.whole_width;

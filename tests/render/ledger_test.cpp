@@ -26,6 +26,8 @@ class Tampering final : public Backend {
   void measure_matter(IndexRange cells) override { cpu_->measure_matter(cells); }
   std::vector<std::int64_t> take_illumination() override { return cpu_->take_illumination(); }
   std::vector<std::int64_t> take_matter() override { return cpu_->take_matter(); }
+  void measure_depth(IndexRange pixels) override { cpu_->measure_depth(pixels); }
+  std::vector<float> take_depth() override { return cpu_->take_depth(); }
   std::vector<std::int64_t> take_detectors() override { return cpu_->take_detectors(); }
   Account take_account() override {
     Account account = cpu_->take_account();

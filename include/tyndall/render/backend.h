@@ -39,6 +39,8 @@ class Backend {
   virtual void shoot(IndexRange photons) = 0;
   virtual void measure_matter(IndexRange cells) = 0;
   virtual std::vector<std::int64_t> take_matter() = 0;  ///< see MatterPass::matter
+  virtual void measure_depth(IndexRange pixels) = 0;
+  virtual std::vector<float> take_depth() = 0;  ///< see DepthPass::depth
   // Since the last call:
   virtual std::vector<std::int64_t> take_illumination() = 0;  ///< see IlluminationTally::sums
   virtual std::vector<std::int64_t> take_detectors() = 0;     ///< see Detectors::sums

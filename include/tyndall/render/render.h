@@ -38,7 +38,7 @@ struct Hashes {
 };
 
 struct PassSeconds {
-  double bounds = 0, photons = 0, matter = 0, pixels = 0;
+  double bounds = 0, photons = 0, matter = 0, pixels = 0, depth = 0;
 };
 
 struct RenderResult {

@@ -89,6 +89,15 @@ struct Camera {
     return ray_through_lens(u, v, uniform(aim.a), uniform(aim.b));
   }
 
+  /// Through the middle of a pixel of the window.
+  TYN_HD Ray middle(std::uint64_t pixel) const {
+    const std::uint64_t stream = window.stream(pixel, 0);
+    const float column = static_cast<float>(window.column(stream)) + 0.5f;
+    const float row = static_cast<float>(window.row(stream)) + 0.5f;
+    return ray(column / static_cast<float>(window.whole_width),
+               row / static_cast<float>(window.whole_height));
+  }
+
   /// Through the middle of the lens, if there is one.
   TYN_HD Ray ray(float u, float v) const {
     const float x = 2.0f * u - 1.0f, y = 1.0f - 2.0f * v;

@@ -314,7 +314,8 @@ struct RayMarching {
 
 /// Moves `ray` to where it enters the medium: onto the box where it starts outside (only open sides
 /// bound it), into the first period along periodic axes. \return false where it never does.
-TYN_HD bool enter(const Box& box, Ray& ray) {
+/// \param[out] distance to there [length]
+TYN_HD bool enter(const Box& box, Ray& ray, float& distance) {
   float t0 = 0.0f, t1 = largest_float;
   const auto slab = [&](float origin, float direction, float extent) {
     const float inverse = inverse_component(direction);
@@ -338,7 +339,12 @@ TYN_HD bool enter(const Box& box, Ray& ray) {
   ray.origin = {inside(p.x, box.extent.x, box.periodic_x),
                 inside(p.y, box.extent.y, box.periodic_y),
                 inside(p.z, box.extent.z, box.periodic_z)};
+  distance = t0;
   return true;
+}
+TYN_HD bool enter(const Box& box, Ray& ray) {
+  float distance;
+  return enter(box, ray, distance);
 }
 
 }  // namespace tyndall

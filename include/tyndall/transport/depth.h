@@ -1,0 +1,54 @@
+/// \file
+/// How deep one sees into the medium.
+#pragma once
+
+#include "tyndall/transport/camera.h"
+
+namespace tyndall {
+
+/// Where nothing is deep enough.
+inline constexpr float no_depth = 1e10f;
+
+/// The distance at which the transmittance along the ray through the middle of a pixel (and of the
+/// lens) has fallen to one half, by steps: nothing random is in it.
+template <class Medium>
+struct DepthPass {
+  Medium medium;
+  Camera camera;
+  float* depth;  ///< [pixels] from the camera, along the ray [length]
+
+  /// Optical depth of a step through matter as dense as the majorant. [-]
+  static constexpr float longest_step = 0.5f;
+  /// Per super-voxel: beside opaque bodies.
+  static constexpr float most_steps = 64.0f;
+
+  TYN_HD void operator()(std::uint64_t pixel) const { depth[pixel] = measure(pixel); }
+
+ private:
+  TYN_HD float measure(std::uint64_t pixel) const {
+    Ray ray = camera.middle(pixel);
+    float before = 0.0f;
+    if (!enter(medium.whole.box, ray, before)) return no_depth;
+    const MajorantGrid& grid = medium.super_voxels;
+    SuperVoxelWalk walk(grid, ray);
+    TreeNodes nodes;
+    float tau = 0.693147181f;  // ln 2, and what is left of it
+    for (int crossings = 0; crossings < most_crossings; ++crossings) {
+      const float length = walk.length_to_exit();
+      const float steps =
+          min(-floor(-grid.total[walk.cell()] * length * (1.0f / longest_step)), most_steps);
+      const float step = length / max(steps, 1.0f);
+      for (int i = 0; i < static_cast<int>(steps); ++i) {
+        const float sigma_t =
+            total_sigma_t(medium, walk.position() + 0.5f * step * walk.direction(), nodes);
+        if (sigma_t * step >= tau) return before + walk.travelled() + tau / sigma_t;
+        tau = tau - sigma_t * step;
+        walk.advance(step);
+      }
+      if (!walk.cross()) break;
+    }
+    return no_depth;
+  }
+};
+
+}  // namespace tyndall
