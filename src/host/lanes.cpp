@@ -95,7 +95,7 @@ class Batch {
       const int l = lanes_.listed[f];
       const bool left = lanes_.state[l] == Lanes::left, stalled = lanes_.state[l] == Lanes::stalled;
       lanes_.state[l] = Lanes::idle;
-      Path path{{position(l), direction(l)}, 0, 0, {}};
+      Path path{{position(l), direction(l)}, 0, lanes_.event[l], {}, lanes_.reach[l]};
       const Flight flight{left ? Flight::End::escaped : Flight::End::stalled, virtual_particle,
                           lanes_.face[l], lanes_.distance[l]};
       if ((left || stalled) && driver().leave(l, flight, path)) set_out(l, path);
@@ -132,11 +132,11 @@ class Batch {
   void begin(int l, std::uint64_t index) {
     Path path;
     lanes_.index[l] = index;
-    lanes_.event[l] = 0;
     if (driver().begin({seed_, index, domain_}, path, l)) set_out(l, path);
   }
 
   void set_out(int l, const Path& path) {
+    lanes_.event[l] = path.event;
     lanes_.tau[l] = path.tau;
     lanes_.reach[l] = path.reach;
     lanes_.direction_x[l] = path.ray.direction.x;
@@ -246,18 +246,14 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
   static std::uint64_t stream(std::uint64_t index) { return index; }
   bool begin(const RandomStream& random, Path& path, int l) {
     Burden burden;
-    if (!pass_.begin(random, path, burden)) return false;
-    set_weight(l, burden.weight);
-    lanes_.group[l] = burden.group;
-    lanes_.scores[l] = burden.scores;
-    tracks_[l] = burden.track;
-    return true;
+    return pass_.begin(random, path, burden) && carry(l, burden);
   }
 
   bool leave(int l, const Flight& flight, Path& path) {
-    tracks_[l].length = tracks_[l].length + flight.length;
-    pass_.leave(flight, path.ray, weight(l), tracks_[l]);
-    return false;
+    const RandomStream random{pass_.seed, lanes_.index[l], Pass::domain};
+    Burden burden{weight(l), lanes_.group[l], lanes_.scores[l] != 0, tracks_[l]};
+    burden.track.length = burden.track.length + flight.length;
+    return pass_.leave(flight, random, path, burden) && carry(l, burden);
   }
 
   void move(int from, int to) { tracks_[to] = tracks_[from]; }
@@ -305,6 +301,13 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
   using Base::lanes_;
 
   Vec3f weight(int l) const { return {lanes_.weight_x[l], lanes_.weight_y[l], lanes_.weight_z[l]}; }
+  bool carry(int l, const Burden& burden) {
+    set_weight(l, burden.weight);
+    lanes_.group[l] = burden.group;
+    lanes_.scores[l] = burden.scores;
+    tracks_[l] = burden.track;
+    return true;
+  }
   void set_weight(int l, Vec3f w) {
     lanes_.weight_x[l] = w.x;
     lanes_.weight_y[l] = w.y;
@@ -330,7 +333,8 @@ class SampleBatch : public Batch<SampleBatch<Medium>, Medium> {
     return ended_unless(pass_.begin(sights_[l], random, path), l);
   }
   bool leave(int l, const Flight& flight, Path& path) {
-    return ended_unless(pass_.leave(sights_[l], flight, path), l);
+    const RandomStream random{pass_.seed, lanes_.index[l], Pass::domain};
+    return ended_unless(pass_.leave(sights_[l], flight, random, path), l);
   }
   void before(int) {}
   bool collide(int l, int c) {

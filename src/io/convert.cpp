@@ -112,6 +112,10 @@ void refuse_media(const Scene& scene, const std::vector<std::string>& phases, Re
       refusals.add("medium.sides", "has no periodic sides");
       break;
     }
+  for (std::size_t face = 0; face < medium.ground.size(); ++face)
+    if (medium.ground[face])
+      refusals.add(fmt::format("medium.ground.{}", scene::face_names[face]),
+                   "would be given this scene without its ground");
   const std::vector<std::size_t> matter = matter_of(scene);
   for (const std::size_t i : matter) {
     const scene::Component &c = medium.components[i], &first = medium.components[matter[0]];

@@ -24,12 +24,12 @@ std::string watts(const RenderResult& result, std::size_t begin, std::size_t cou
 }
 
 std::string flux(const RenderResult& result) {
-  const char* const faces[] = {"-x", "+x", "-y", "+y", "-z", "+z"};
   const Detectors& d = result.detectors;
   const std::size_t cells = d.length_begin() / 6;
   std::string text = fmt::format(R"({{"size": [{}, {}], "unit": "W")", d.flux_u, d.flux_v);
   for (std::size_t face = 0; face < 6; ++face)
-    text += fmt::format(",\n    \"{}\": {}", faces[face], watts(result, face * cells, cells));
+    text += fmt::format(",\n    \"{}\": {}", scene::face_names[face],
+                        watts(result, face * cells, cells));
   return text + "}";
 }
 

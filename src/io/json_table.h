@@ -12,6 +12,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -270,6 +271,22 @@ inline Kind<glm::dvec3> color(const Range& range) {
 }
 inline Kind<std::array<int, 3>> cells(const Range& range) {
   return tuple<std::array<int, 3>>("x, y, z", integer<int>(range), true);
+}
+
+/// A value or null, for none.
+template <class V>
+Kind<std::optional<V>> or_null(const Kind<V>& kind) {
+  return {"null, or " + kind.expected,
+          [=](Reader& reader, const Node& node, std::optional<V>& value) {
+            value.reset();
+            if (!node.value.is_null()) kind.read(reader, node, value.emplace());
+          },
+          [=] {
+            return Json{{"anyOf", {Json{{"type", "null"}}, kind.schema()}}};
+          },
+          [=](const std::optional<V>& value, const std::string& indent) {
+            return value ? kind.list(*value, indent) : "null";
+          }};
 }
 
 template <class E>

@@ -470,6 +470,17 @@ Kind<Component> component() {
            "from field space to world space")});
 }
 
+std::vector<Key<Medium>> ground() {
+  using Albedo = std::optional<glm::dvec3>;
+  std::vector<Key<Medium>> faces;
+  for (std::size_t face = 0; face < face_names.size(); ++face)
+    faces.push_back(setter<Medium>(
+        face_names[face], Albedo{},
+        [face](Medium& medium, const Albedo& albedo) { medium.ground[face] = albedo; },
+        or_null(color(limits::albedo)), "", "share of the light that this face reflects"));
+  return faces;
+}
+
 Kind<Medium> medium() {
   const auto side = choice<Side>({{"open", Side::open}, {"periodic", Side::periodic}});
   return object<Medium>(
@@ -482,6 +493,9 @@ Kind<Medium> medium() {
        key("sides", &Medium::sides, tuple<std::array<Side, 3>>("x, y, z", side), "",
            "of the box: light leaves through open ones and comes back on the other side of "
            "periodic ones"),
+       group<Medium>("ground", ground(),
+                     "faces of the box that are opaque, and reflect what meets them from inside "
+                     "evenly in all directions; null: none"),
        group<Medium>(
            "majorants",
            {key("resolution", &Medium::majorant_resolution, cells(limits::majorants), "",

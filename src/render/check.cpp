@@ -108,7 +108,15 @@ class Checker {
   bool open(int axis) const {
     return scene_.medium.sides[static_cast<unsigned>(axis)] == Side::open;
   }
-  bool any_open() const { return open(0) || open(1) || open(2); }
+  /// Whether light can enter and leave there.
+  bool open_face(int face) const {
+    return open(face / 2) && !scene_.medium.ground[static_cast<unsigned>(face)];
+  }
+  bool any_open() const {
+    for (int face = 0; face < 6; ++face)
+      if (open_face(face)) return true;
+    return false;
+  }
 
   void medium() {
     const Medium& m = scene_.medium;
@@ -116,6 +124,7 @@ class Checker {
         && vector("medium.box.max", m.box_max, limits::coordinate)) {
       box();
     }
+    ground();
     numbers("medium.majorants.resolution", m.majorant_resolution, 3, limits::majorants);
 
     if (m.components.empty()) {
@@ -148,8 +157,32 @@ class Checker {
     }
   }
 
-  /// Without open sides only absorption ends a walk.
+  void ground() {
+    for (int face = 0; face < 6; ++face) {
+      const auto f = static_cast<unsigned>(face);
+      const std::optional<glm::dvec3>& albedo = scene_.medium.ground[f];
+      if (!albedo) continue;
+      const std::string path = fmt::format("medium.ground.{}", face_names[f]);
+      vector(path, *albedo, limits::albedo);
+      if (!open(face / 2))
+        error(path, fmt::format("this face is no end of the medium, which is periodic along {}: "
+                                "expected \"open\" in medium.sides",
+                                axis_names[face / 2]));
+    }
+  }
+
+  /// Without open sides only absorption ends a walk: that of grounds, or of matter where there are
+  /// none, since between white grounds without matter it would go on and on.
   void walks_end() {
+    const auto& grounds = scene_.medium.ground;
+    if (std::any_of(grounds.begin(), grounds.end(), [](const auto& g) { return g.has_value(); })) {
+      if (std::none_of(grounds.begin(), grounds.end(),
+                       [](const auto& g) { return g && largest(*g) < 1; }))
+        error("medium.ground",
+              "light never leaves: at least one ground needs an albedo below 1 in every channel, "
+              "or a side must be open");
+      return;
+    }
     const auto absorbs = [](const scene::Component& c) {
       return c.extinction > 0 && largest(c.albedo) < 1;
     };
@@ -429,15 +462,16 @@ class Checker {
                               kind));
     bool inside = true, enters = false;
     for (int a = 0; a < 3; ++a) {
-      const bool beyond = center[a] + half[a] < scene_.medium.box_min[a]
-                          || center[a] - half[a] > scene_.medium.box_max[a];
-      inside = inside && !beyond;
-      enters = enters || (beyond && open(a));
+      const bool below =
+          center[a]
+          + half[a]<scene_.medium.box_min[a], above = center[a] - half[a]> scene_.medium.box_max[a];
+      inside = inside && !below && !above;
+      enters = enters || (below && open_face(2 * a)) || (above && open_face(2 * a + 1));
     }
     if (!inside && !enters) {
       error(path + "." + key,
-            "outside the medium, and every side that faces it is periodic: its light cannot "
-            "enter; move it inside or open a side");
+            "outside the medium, and every side that faces it is periodic or a ground: its light "
+            "cannot enter; move it inside or open a side");
     }
   }
 
@@ -449,9 +483,9 @@ class Checker {
                                          least_sun_angle, l.angle));
     if (!direction(path + ".direction", l.direction)) return;
     if (l.angle > 0 && any_open()) return;
-    const glm::dvec3 way = magnitudes(glm::normalize(l.direction));
+    const glm::dvec3 way = glm::normalize(l.direction);
     for (int a = 0; a < 3; ++a) {
-      if (open(a) && way[a] > parallel) return;
+      if (std::abs(way[a]) > parallel && open_face(2 * a + (way[a] < 0 ? 1 : 0))) return;
     }
     error(path + ".direction",
           "it meets no open side of the medium: its light cannot enter; turn it or open a side");

@@ -46,10 +46,6 @@ double face_area(const Box& box, Face face) {
   return face / 2 == 0 ? e.y * e.z : face / 2 == 1 ? e.x * e.z : e.x * e.y;
 }
 
-bool is_open(const Box& box, Face face) {
-  return !(face / 2 == 0 ? box.periodic_x : face / 2 == 1 ? box.periodic_y : box.periodic_z);
-}
-
 bool is_endless(const Box& box) { return box.periodic_x || box.periodic_y || box.periodic_z; }
 
 /// Directions about `axis`: 1 - cosine of the half angle.
@@ -409,14 +405,16 @@ class LightList {
 
   /// No less than the open faces show to any direction of the cone.
   double largest_open_area(const Cone& cone) const {
-    const glm::dvec3 area = to_dvec3(lit_areas(box_, {1, 1, 1}));
+    const glm::dvec3 forth = to_dvec3(lit_areas(box_, {1, 1, 1})),
+                     back = to_dvec3(lit_areas(box_, {-1, -1, -1}));
     double sum = 0;
     for (int a = 0; a < 3; ++a) {
       glm::dvec3 axis(0);
-      axis[a] = cone.axis[a] < 0 ? -1 : 1;
-      sum += area[a] * cone.nearest_cosine(axis);
+      axis[a] = 1;
+      sum += std::max(
+          {forth[a] * cone.nearest_cosine(axis), back[a] * cone.nearest_cosine(-axis), 0.0});
     }
-    return std::min(sum, glm::length(area));
+    return std::min(sum, glm::length(glm::max(forth, back)));
   }
 
   glm::dvec3 box_min_;

@@ -24,6 +24,22 @@
 namespace tyndall {
 namespace {
 
+// ---- Box
+
+Box view(const scene::Medium& medium) {
+  Box box;
+  box.extent = to_vec3f(medium.box_max - medium.box_min);
+  box.periodic_x = medium.sides[0] == scene::Side::periodic;
+  box.periodic_y = medium.sides[1] == scene::Side::periodic;
+  box.periodic_z = medium.sides[2] == scene::Side::periodic;
+  for (unsigned face = 0; face < 6; ++face) {
+    if (!medium.ground[face]) continue;
+    box.grounds |= 1u << face;
+    box.ground_albedo[face] = to_vec3f(*medium.ground[face]);
+  }
+  return box;
+}
+
 // ---- Components
 
 Solid view(const scene::Solid& solid) {
@@ -283,14 +299,16 @@ Detectors view(const scene::Detectors& from, const glm::dvec3& extent) {
 bool is_grey(Vec3f color) { return color.x == color.y && color.y == color.z; }
 
 /// One where nothing has a colour: a third of the memory and of the deposits.
-int illumination_channels(const PreparedScene& scene) {
-  const bool grey = std::all_of(scene.emitters.begin(), scene.emitters.end(),
-                                [](const Emitter& e) {
-                                  return e.kind != Emitter::Kind::matter
-                                         && e.kind != Emitter::Kind::sky && is_grey(e.weight);
-                                })
-                    && std::all_of(scene.components.begin(), scene.components.end(),
-                                   [](const Component<AnyField>& c) { return is_grey(c.albedo); });
+int illumination_channels(const PreparedScene& scene, const Box& box) {
+  const bool grey =
+      std::all_of(scene.emitters.begin(), scene.emitters.end(),
+                  [](const Emitter& e) {
+                    return e.kind != Emitter::Kind::matter && e.kind != Emitter::Kind::sky
+                           && is_grey(e.weight);
+                  })
+      && std::all_of(scene.components.begin(), scene.components.end(),
+                     [](const Component<AnyField>& c) { return is_grey(c.albedo); })
+      && std::all_of(std::begin(box.ground_albedo), std::end(box.ground_albedo), is_grey);
   return grey ? 1 : 3;
 }
 
@@ -299,12 +317,7 @@ int illumination_channels(const PreparedScene& scene) {
 PreparedScene prepare(const Scene& scene, int threads, const std::function<void(double)>& progress,
                       const Stop& stop) {
   PreparedScene out;
-  Box box;
-  box.extent = to_vec3f(scene.medium.box_max - scene.medium.box_min);
-  box.periodic_x = scene.medium.sides[0] == scene::Side::periodic;
-  box.periodic_y = scene.medium.sides[1] == scene::Side::periodic;
-  box.periodic_z = scene.medium.sides[2] == scene::Side::periodic;
-
+  const Box box = view(scene.medium);
   std::vector<Component<AnyField>> components;
   std::vector<float> majorants;
   out.emissions.reserve(scene.medium.components.size());
@@ -398,7 +411,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
                stored_illumination_order(scene),
                box,
                to_vec3f(glm::dvec3(cx, cy, cz) / extent),
-               illumination_channels(out),
+               illumination_channels(out, box),
                std::max(static_cast<int>(out.groups.size()) - 1, 1)};
   out.cell_size = to_vec3f(extent / glm::dvec3(cx, cy, cz));
   // As many points as a 256^3 grid has cells: with a million photons their error is 0.02 of the

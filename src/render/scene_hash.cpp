@@ -125,6 +125,9 @@ std::uint64_t scene_hash(const Scene& s) {
        s.lights, s.camera, s.filter, s.filter_radius, s.background, s.sampler, s.marching_step,
        s.photons, s.illumination_resolution, s.illumination_order, s.samples, s.seed, s.integrator,
        s.bounces, s.single_scattering, s.detectors);
+  // Scenes of before there were grounds keep their hash.
+  for (unsigned face = 0; face < 6; ++face)
+    if (m.ground[face]) hash(face, *m.ground[face]);
   return hash.value();
 }
 

@@ -151,6 +151,26 @@ TEST(Lanes, tell_detectors_what_single_photons_tell) {
   expect_equal(scene, 0, 4000);
 }
 
+TEST(Lanes, go_on_from_grounds_as_single_photons_do) {
+  Scene scene = lit(component(low_variation(6), 30, 1, scene::HenyeyGreensteinPhase{0.6}));
+  scene.medium.components[0].albedo = {0.99, 0.8, 0.5};
+  scene.medium.ground[1] = glm::dvec3(1);
+  scene.medium.ground[2] = {0.9, 0.5, 0.1};
+  scene.medium.ground[4] = glm::dvec3(0);
+  scene.detectors = {{9, 7}, 1000, 5, 50, 200, {5, 6, 7}};
+  scene.lights = {
+      scene::PointLight{{0.5, 0.5, 0.9}, {3, 2, 1}}, scene::PointLight{{1.5, -0.3, 1.2}, {3, 2, 1}},
+      scene::DirectionalLight{{0.2, -1, 0.1}, {1, 2, 3}, 20}, scene::EnvironmentLight{}};
+  scene.camera.position = {0.3, 0.6, 2};
+  for (const int bounces : {0, 2}) {
+    scene.bounces = bounces;
+    const Account account = expect_equal(scene, 0, 4000);
+    EXPECT_GT(account.ledger.escaped_power[2][2], 0);
+    EXPECT_GT(account.ledger.escaped[4], 0);
+    EXPECT_EQ(account.ledger.escaped_power[1][0], 0);
+  }
+}
+
 TEST(Lanes, know_media_of_several_components_and_fields) {
   Scene scene = lit(component(low_variation(7), 30, 0.9, scene::HenyeyGreensteinPhase{0.6}));
   scene.medium.components.push_back(

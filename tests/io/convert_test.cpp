@@ -534,12 +534,13 @@ TEST(Convert, RefusesWhatItWouldHaveToLeaveOut) {
                      test::component(scene::Solid{}, 1, 0.6, scene::RayleighPhase{}),
                      test::component(scene::Solid{}, 0, 0.7)});  // which does nothing
   scene.medium.sides[1] = scene::Side::periodic;
+  scene.medium.ground[4] = glm::dvec3(0.3);
   scene.medium.components[0].emission = scene::ColorEmission{};
   scene.background = {1, 0, 0};
   scene.lights.push_back(scene::EnvironmentLight{});
   const std::string pbrt = refusal(file_of(scene), "s.pbrt");
   for (const char* words :
-       {"some/scene.json: medium.sides: pbrt has no periodic sides",
+       {"some/scene.json: medium.sides: pbrt has no periodic sides", "medium.ground.-z: pbrt would",
         "medium.components[0].emission: ", "medium.components[1].albedo: ",
         "medium.components[1].phase: pbrt has no Rayleigh scattering", "background: pbrt has no"})
     EXPECT_NE(pbrt.find(words), std::string::npos) << words << "\n" << pbrt;

@@ -288,6 +288,23 @@ Scene mixed() {
   return s;
 }
 
+/// Under a sun and a sky, over a coloured ground and beside a black one.
+Scene ground() {
+  Scene s = cloud_sphere();
+  s.medium.ground[1] = glm::dvec3(0);
+  s.medium.ground[2] = {0.75, 0.5, 0.25};
+  s.lights = {DirectionalLight{{0.3, -1.0, 0.4}, {3, 3, 2}}, EnvironmentLight{{0.25, 0.5, 1}},
+              SphereLight{{0.25, 0.125, 0.25}, 0.125, {2, 4, 8}}};
+  return s;
+}
+
+Scene ground_path() {
+  Scene s = ground();
+  s.integrator = Integrator::path;
+  s.sampler = Sampler::woodcock;
+  return s;
+}
+
 /// Lamps near and within, a sun's disc and an image of the sky, in groups.
 Scene all_lights() {
   Scene s = small();
@@ -421,6 +438,8 @@ constexpr Named scenes[] = {
     {"sparse_float", sparse_float},
     {"sparse_quantised", sparse_quantised},
     {"glowing", glowing},
+    {"ground", ground},
+    {"ground_path", ground_path},
     {"all_lights", all_lights},
     {"all_lights_path", all_lights_path},
     {"mixed", mixed},

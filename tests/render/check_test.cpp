@@ -104,6 +104,38 @@ TEST(Check, LightMustBeAbleToEnterAndToEnd) {
   EXPECT_EQ(errors(scene), "lights[0].direction");
 }
 
+TEST(Check, GroundsAreOpenFacesThatLightDoesNotEnterThrough) {
+  Scene scene = good();
+  scene.medium.ground[2] = glm::dvec3(0.3);
+  EXPECT_EQ(errors(scene), "");
+  scene.medium.ground[3] = {0.3, -0.1, 1.5};
+  EXPECT_EQ(errors(scene), "medium.ground.+y[1] medium.ground.+y[2]");
+  scene.medium.ground[3] = {};
+  scene.medium.sides[1] = Side::periodic;
+  scene.lights[0] = DirectionalLight{{1.0, 0.0, 0.0}, glm::dvec3(1.0)};
+  EXPECT_EQ(errors(scene), "medium.ground.-y");
+  scene.medium.ground[0] = glm::dvec3(1.0);
+  EXPECT_EQ(errors(scene), "medium.ground.-y lights[0].direction");
+  scene.medium.sides = {Side::open, Side::open, Side::open};
+  scene.medium.ground[0] = scene.medium.ground[2] = glm::dvec3(1.0);
+  EXPECT_EQ(errors(scene), "lights[0].direction");
+  scene.lights[0] = DirectionalLight{{-1.0, 0.0, 0.0}, glm::dvec3(1.0)};
+  EXPECT_EQ(errors(scene), "");
+  scene.lights[0] = PointLight{{0.5, -1.0, 0.5}};
+  EXPECT_EQ(errors(scene), "lights[0].position");
+  scene.lights[0] = PointLight{{0.5, -1.0, 1.5}};
+  EXPECT_EQ(errors(scene), "");
+  scene.lights[0] = PointLight{{0.5, 0.5, 0.5}};
+  scene.medium.ground.fill(glm::dvec3(1.0));
+  EXPECT_EQ(errors(scene), "medium.ground");
+  scene.medium.ground[4] = {0.9, 1.0, 0.9};
+  EXPECT_EQ(errors(scene), "medium.ground");
+  scene.medium.ground[4] = glm::dvec3(0.9);
+  EXPECT_EQ(errors(scene), "");
+  scene.lights[0] = EnvironmentLight{};
+  EXPECT_EQ(errors(scene), "lights[0]");
+}
+
 TEST(Check, MemoryGrowsWithPicturesAndGrids) {
   Scene scene = good();
   const std::uint64_t small = memory_needed(scene);

@@ -79,6 +79,22 @@ TEST(DetectorsOfPhotons, add_up_to_the_ledger_bit_for_bit) {
   expect_like_the_ledger(scene);
   scene.sampler = scene::Sampler::woodcock;
   expect_like_the_ledger(scene);
+  scene.medium.ground[4] = {0.5, 0.25, 0.75};
+  expect_like_the_ledger(scene);
+}
+
+/// Half of a beam stays where it meets the ground.
+TEST(DetectorsOfPhotons, find_what_a_ground_takes_where_it_is) {
+  Scene scene = empty_box();
+  scene.detectors.flux = {2, 4};
+  scene.medium.ground[5] = glm::dvec3(0.5);
+  scene.lights = {scene::SpotLight{{0.5, 0.9, -1}, {0, 0, 1}, 0.01}};
+  const RenderResult result = render(scene, *make_cpu_backend());
+  const std::int64_t half = (result.ledger.shot_power[0] - result.ledger.missed_power[0]) / 2;
+  EXPECT_GT(half, to_units(100));
+  EXPECT_EQ(result.detected[3 * (5 * 8 + 3 * 2 + 0)], half);
+  EXPECT_EQ(total(result, 5 * 8, 8, 0), half);
+  EXPECT_EQ(result.ledger.escaped_power[5][0], half);
 }
 
 TEST(DetectorsOfPhotons, count_the_same_on_any_number_of_threads_in_any_batches) {
@@ -133,11 +149,11 @@ TEST(DetectorsOfPhotons, have_the_axes_of_point_on_face) {
         d.escape(face,
                  point_on_face(box, face, (static_cast<float>(u) + 0.5f) / 7,
                                (static_cast<float>(v) + 0.5f) / 5),
-                 {0, 0, 1}, {}, {1, 2, static_cast<float>((face * 5 + v) * 7 + u)});
+                 {0, 0, 1}, {}, {1, 2, (face * 5 + v) * 7 + u});
   for (std::size_t i = 0; i < d.count(); ++i) {
-    EXPECT_EQ(sums[3 * i], to_units(1));
-    EXPECT_EQ(sums[3 * i + 1], to_units(2));
-    EXPECT_EQ(sums[3 * i + 2], to_units(static_cast<float>(i)));
+    EXPECT_EQ(sums[3 * i], 1);
+    EXPECT_EQ(sums[3 * i + 1], 2);
+    EXPECT_EQ(sums[3 * i + 2], static_cast<std::int64_t>(i));
   }
 }
 
@@ -152,7 +168,7 @@ TEST(DetectorsOfPhotons, keep_what_is_beyond_in_their_last_bins) {
     d.escape(0, {0, 0, 0}, {-1, 0, 0}, track, {1, 1, 1});
   const auto bins = [&](std::size_t begin, std::size_t count) {
     Sums counts;
-    for (std::size_t i = begin; i < begin + count; ++i) counts.push_back(sums[3 * i] / to_units(1));
+    for (std::size_t i = begin; i < begin + count; ++i) counts.push_back(sums[3 * i]);
     return counts;
   };
   EXPECT_EQ(bins(d.length_begin(), 4), (Sums{1, 1, 0, 3}));

@@ -167,6 +167,88 @@ TEST(Slab, shows_the_radiance_that_x_and_y_functions_say) {
   }
 }
 
+// ---- Over a ground, by the adding method
+
+/// Shares of even light that a slab reflects and lets through.
+struct Diffuse {
+  double reflectance = 0, transmittance = 0;
+
+  explicit Diffuse(const Slab& s) {
+    const GaussLegendre rule(16);
+    const IsotropicSlab slab(s.thickness, s.albedo, rule.nodes);
+    for (int i = 0; i < 16; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      const double weight = 2 * rule.nodes[at] * rule.weights[at];
+      reflectance += weight * slab.reflectance(i);
+      transmittance += weight * slab.transmittance(i);
+    }
+  }
+};
+
+Scene slab_over_ground(const Slab& s, double sun, double ground) {
+  Scene scene = wide_slab(s.thickness, s.albedo, sun);
+  scene.medium.ground[5] = glm::dvec3(ground);
+  return scene;
+}
+
+TEST(SlabOverGround, reflects_what_the_adding_method_says) {
+  std::uint64_t seed = 100;
+  for (const Slab& s : {Slab{1, 0.9}, Slab{1, 1}, Slab{5, 0.99}, Slab{5, 1}}) {
+    for (const double ground : {0.3, 0.8, 1.0}) {
+      const IsotropicSlab exact(s.thickness, s.albedo, {0.5});
+      const Diffuse even(s);
+      const double t = exact.transmittance(0),
+                   met = t / (1 - ground * even.reflectance),  // by the ground
+          r = exact.reflectance(0) + met * ground * even.transmittance;
+      Scene scene = slab_over_ground(s, 0.5, ground);
+      scene.seed = ++seed;
+      scene.photons = 1000000;
+      const Ledger ledger = shoot(scene).account.ledger;
+      const auto shot = static_cast<double>(ledger.shot);
+      const double reflected = static_cast<double>(ledger.escaped[4]) / shot;
+      const double taken =
+          static_cast<double>(ledger.escaped_power[5][0]) / (shot * double{weight_units});
+      std::printf("thickness %.0f, albedo %.2f, ground %.1f: R %.5f (%.5f), taken %.5f (%.5f)\n",
+                  s.thickness, s.albedo, ground, reflected, r, taken, (1 - ground) * met);
+      if (r < 1 - 1e-6) {
+        EXPECT_GT(proportion_p(ledger.escaped[4], ledger.shot, r), level / 12);
+      } else {
+        EXPECT_GT(reflected, 1 - 1e-4);  // but for the sides
+      }
+      // A photon gives up to all of its power, in several parts: no more spread than in one.
+      const double share = (1 - ground) * met;
+      EXPECT_NEAR(taken, share, 5 * std::sqrt(share * (1 - share) / shot));
+      if (s.albedo == 1 && ground < 1) {  // it is where the roulette ends photons
+        EXPECT_GT(proportion_p(ledger.rouletted, ledger.shot, share), level / 12);
+      }
+    }
+  }
+}
+
+/// The slab lets through to a view what it lets through of a beam from there.
+TEST(SlabOverGround, shows_the_radiance_that_the_adding_method_says) {
+  const std::vector<double> cosines = {0.6, 1, 0.3};  // of the sun, of two views
+  const double ground = 0.8;
+  for (const Slab& s : {Slab{0.25, 0.9}, Slab{1, 1}, Slab{5, 0.99}}) {
+    const IsotropicSlab exact(s.thickness, s.albedo, cosines);
+    const double shown = cosines[0] * exact.transmittance(0) * ground
+                         / (1 - ground * Diffuse(s).reflectance) / double{pi};
+    for (const int view : {1, 2}) {
+      Scene scene = slab_over_ground(s, cosines[0], ground);
+      scene.illumination_resolution = {1, 1, 128};
+      scene.photons = 50000;
+      scene.samples = 300;
+      const double mu = cosines[static_cast<std::size_t>(view)];
+      look_along(scene, {0, std::sqrt(1 - mu * mu), mu});
+      char name[80];
+      std::snprintf(name, sizeof name, "thickness %.2f, albedo %.2f, over a ground, at %.1f",
+                    s.thickness, s.albedo, mu);
+      expect_radiance(scene, exact.reflected(0, view) + shown * exact.transmittance(view),
+                      level / 6, 0.002, name);
+    }
+  }
+}
+
 // [vandeHulst1980]: albedo 0.9, g 0.75, optical thickness 2, normal incidence. In even light a slab
 // shows along its normal, by reciprocity, what it does not absorb of a beam: R + T. With black
 // behind it, R alone.

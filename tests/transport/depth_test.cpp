@@ -49,6 +49,14 @@ TEST(Depth, is_nowhere_where_little_is_met) {
     EXPECT_EQ(depth, no_depth);
 }
 
+TEST(Depth, ends_at_a_ground) {
+  Scene scene = seen(component(scene::Solid{}, 0.3, 1), {0.5, 0.5, -2}, {0.5, 0.5, 0.5});
+  scene.medium.ground[5] = glm::dvec3(0.5);
+  EXPECT_NEAR(depths(scene)[31], 3, 1e-5);
+  scene.medium.ground[4] = glm::dvec3(0.5);  // its back
+  EXPECT_NEAR(depths(scene)[31], 2, 1e-5);
+}
+
 // Against short steps in double precision.
 TEST(Depth, in_a_cloud_is_where_half_of_the_light_comes_from) {
   const Scene scene = seen(component(low_variation(5), 60, 0.9), {0.4, 0.5, -2}, {0.5, 0.5, 0.5});
@@ -59,7 +67,7 @@ TEST(Depth, in_a_cloud_is_where_half_of_the_light_comes_from) {
   for (std::size_t pixel = 0; pixel < depth.size(); ++pixel) {
     Ray ray = prepared.camera.middle(pixel);
     float before = 0;
-    ASSERT_TRUE(enter(box, ray, before));
+    ASSERT_EQ(approach(box, ray, before), Entry::open);
     const OpticalDepth tau(prepared, ray, 20000);
     if (depth[pixel] == no_depth) {
       EXPECT_LT(tau.total(), std::log(2.0) + 0.03) << pixel;

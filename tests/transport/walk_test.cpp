@@ -494,6 +494,23 @@ TEST(Enter, rays_along_a_face_of_the_box_meet_it_and_those_beside_it_miss) {
   EXPECT_FALSE(enter(box, away));
 }
 
+TEST(Enter, ends_at_the_back_of_a_ground) {
+  Box box{{1, 2, 3}};
+  box.grounds = 1u << 2;  // -y
+  const auto entry = [&](Vec3f origin, Vec3f direction) {
+    Ray ray{origin, normalize(direction)}, same = ray;
+    const Entry found = approach(box, ray);
+    EXPECT_EQ(enter(box, same), found == Entry::open);
+    return found;
+  };
+  EXPECT_EQ(entry({0.5f, -1, 1}, {0.1f, 1, 0.2f}), Entry::ground);
+  EXPECT_EQ(entry({0.5f, 3, 1}, {0.1f, -1, 0.2f}), Entry::open);     // from above
+  EXPECT_EQ(entry({-0.1f, -0.1f, 1}, {1, 0.5f, 0}), Entry::ground);  // beyond two faces
+  EXPECT_EQ(entry({-0.1f, -0.1f, 1}, {0.5f, 1, 0}), Entry::open);    // through -x
+  EXPECT_EQ(entry({0.5f, 0, 1}, {0, 1, 0}), Entry::open);            // on it
+  EXPECT_EQ(entry({0.5f, -1, 1}, {0, -1, 0}), Entry::none);
+}
+
 TEST(Enter, finds_the_place_within_the_first_period) {
   Random random(8);
   Box box{{1, 0.7f, 2}};

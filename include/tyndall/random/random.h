@@ -46,7 +46,8 @@ struct RandomStream {
   std::uint64_t index;
   Domain domain;
 
-  /// `event` counts the tentative collisions of the whole path; crossing cells draws nothing.
+  /// `event` counts the tentative collisions of the whole path and its reflections by grounds;
+  /// crossing cells draws nothing.
   TYN_HD RandomBlock block(std::uint32_t event, Purpose purpose) const {
     const std::uint32_t stream =
         static_cast<std::uint32_t>(domain) * 16u + static_cast<std::uint32_t>(purpose);

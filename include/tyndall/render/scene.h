@@ -171,9 +171,14 @@ struct Component {
 
 enum class Side { open, periodic };
 
+inline constexpr std::array<const char*, 6> face_names{"-x", "+x", "-y", "+y", "-z", "+z"};
+
 struct Medium {
   glm::dvec3 box_min{0.0}, box_max{1.0};  ///< [length] nothing exists outside
   std::array<Side, 3> sides{Side::open, Side::open, Side::open};
+  /// Albedos of the faces -x +x -y +y -z +z that are grounds: opaque, seen from inside they reflect
+  /// evenly in all directions. What they do not reflect, they take.
+  std::array<std::optional<glm::dvec3>, 6> ground{};
   /// Super-voxels along x, y, z, to 256 each; 0: as many as pay, a choice that the scene alone
   /// makes (docs/resolution.md).
   std::array<int, 3> majorant_resolution{0, 0, 0};

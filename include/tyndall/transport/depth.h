@@ -28,7 +28,9 @@ struct DepthPass {
   TYN_HD float measure(std::uint64_t pixel) const {
     Ray ray = camera.middle(pixel);
     float before = 0.0f;
-    if (!enter(medium.whole.box, ray, before)) return no_depth;
+    const Box& box = medium.whole.box;
+    const Entry entry = approach(box, ray, before);
+    if (entry != Entry::open) return entry == Entry::ground ? before : no_depth;
     const MajorantGrid& grid = medium.super_voxels;
     SuperVoxelWalk walk(grid, ray);
     TreeNodes nodes;
@@ -45,7 +47,8 @@ struct DepthPass {
         tau = tau - sigma_t * step;
         walk.advance(step);
       }
-      if (!walk.cross()) break;
+      if (walk.cross()) continue;
+      return box.is_ground(walk.face()) ? before + walk.travelled() : no_depth;
     }
     return no_depth;
   }

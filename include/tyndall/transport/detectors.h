@@ -47,27 +47,28 @@ struct Detectors {
 
   // What to tell them, where there are sums.
 
-  /// Light that leaves at `p` through `face`.
-  TYN_HD void escape(int face, Vec3f p, Vec3f direction, Track track, Vec3f weight) const {
+  /// Light that leaves at `p` through `face`, or that the ground there takes.
+  TYN_HD void escape(int face, Vec3f p, Vec3f direction, Track track,
+                     const std::int64_t (&units)[3]) const {
     const int axis = face / 2;
     if (flux_u > 0) {
       const float u = axis == 0 ? p.y * inverse_extent.y : p.x * inverse_extent.x;
       const float v = axis == 2 ? p.y * inverse_extent.y : p.z * inverse_extent.z;
       add(product(face * flux_v + bin(v, flux_v), flux_u, 1)
               + static_cast<std::size_t>(bin(u, flux_u)),
-          weight);
+          units);
     }
     if (lengths > 0) {
       const int i = MajorantGrid::coordinate(track.length, inverse_length, lengths);
-      add(length_begin() + static_cast<std::size_t>(i), weight);
+      add(length_begin() + static_cast<std::size_t>(i), units);
     }
     if (scatterings > 0) {
       const int i = track.scatterings < scatterings ? track.scatterings : scatterings - 1;
-      add(scattering_begin() + static_cast<std::size_t>(i), weight);
+      add(scattering_begin() + static_cast<std::size_t>(i), units);
     }
     if (angles > 0) {
       const float cosine = abs(axis == 0 ? direction.x : axis == 1 ? direction.y : direction.z);
-      add(angle_begin() + static_cast<std::size_t>(bin(cosine, angles)), weight);
+      add(angle_begin() + static_cast<std::size_t>(bin(cosine, angles)), units);
     }
   }
 
@@ -78,9 +79,7 @@ struct Detectors {
               j = MajorantGrid::coordinate(p.y, inverse_voxel_size.y, ny),
               k = MajorantGrid::coordinate(p.z, inverse_voxel_size.z, nz);
     const std::size_t voxel = product(k, ny, nx) + product(j, nx, 1) + static_cast<std::size_t>(i);
-    std::int64_t* sum = sums + 3 * (absorbed_begin() + voxel);
-    for (int c = 0; c < 3; ++c)
-      if (units[c] != 0) deposit(sum[c], units[c]);
+    add(absorbed_begin() + voxel, units);
   }
 
  private:
@@ -90,11 +89,10 @@ struct Detectors {
   TYN_HD static int bin(float share, int n) {
     return MajorantGrid::coordinate(share, static_cast<float>(n), n);
   }
-  TYN_HD void add(std::size_t at, Vec3f weight) const {
+  TYN_HD void add(std::size_t at, const std::int64_t (&units)[3]) const {
     std::int64_t* sum = sums + 3 * at;
-    deposit(sum[0], to_units(weight.x));
-    deposit(sum[1], to_units(weight.y));
-    deposit(sum[2], to_units(weight.z));
+    for (int c = 0; c < 3; ++c)
+      if (units[c] != 0) deposit(sum[c], units[c]);
   }
 };
 

@@ -11,7 +11,7 @@
 namespace tyndall {
 
 /// Where the light of a picture comes from. What is seen of lights and of the background without
-/// scattering is no part of these.
+/// scattering is no part of these. A reflection by a ground counts as a scattering.
 enum class Part {
   unscattered,  ///< of lights and of the background
   emission,     ///< of matter that shines, as it is

@@ -15,7 +15,8 @@ struct Ledger {
 
   Count shot = 0;
   Count missed = 0;                     ///< never met the box
-  Count escaped[6] = {};                ///< through the faces -x +x -y +y -z +z
+  Count escaped[6] = {};                ///< through the faces -x +x -y +y -z +z, or taken there by
+                                        ///< a ground
   Count absorbed[max_components] = {};  ///< by a component whose albedo is 0
   Count rouletted = 0;
   Count stalled = 0;  ///< gave up in an endless flight (most_crossings, most_virtual): bias

@@ -475,12 +475,20 @@ TYN_HD const Emitter& choose(const Lights& lights, std::uint32_t word) {
   return lights.emitters[chosen];
 }
 
+/// Whether light can enter and leave through `face`.
+TYN_HD bool is_open(const Box& box, Face face) {
+  const bool periodic = face / 2 == 0   ? box.periodic_x
+                        : face / 2 == 1 ? box.periodic_y
+                                        : box.periodic_z;
+  return !periodic && !box.is_ground(face);
+}
+
 /// The area that the open faces of the box show to parallel light, one axis each.
 TYN_HD Vec3f lit_areas(const Box& box, Vec3f direction) {
   const Vec3f e = box.extent;
-  return {box.periodic_x ? 0.0f : e.y * e.z * abs(direction.x),
-          box.periodic_y ? 0.0f : e.x * e.z * abs(direction.y),
-          box.periodic_z ? 0.0f : e.x * e.y * abs(direction.z)};
+  return {is_open(box, direction.x < 0.0f ? 1 : 0) ? e.y * e.z * abs(direction.x) : 0.0f,
+          is_open(box, direction.y < 0.0f ? 3 : 2) ? e.x * e.z * abs(direction.y) : 0.0f,
+          is_open(box, direction.z < 0.0f ? 5 : 4) ? e.x * e.y * abs(direction.z) : 0.0f};
 }
 
 /// A point of the open faces that parallel light falls on, evenly as the light sees them.

@@ -70,6 +70,15 @@ TYN_HD Scattering scatter(Vec3f weight, Vec3f albedo, const RandomStream& random
           false};
 }
 
+/// The next flight of a path that `face`, a ground, reflects: into directions of density cosine/pi.
+TYN_HD void reflect(const Box& box, Face face, const RandomStream& random, Path& path) {
+  path.drawn = random.block(++path.event, Purpose::walk);
+  path.tau = exponential(path.drawn.b);
+  path.ray = {onto_face(box, face, path.ray.origin),
+              direction_around(inward_normal(face), sqrt(uniform_symmetric(path.drawn.c)),
+                               uniform_symmetric(path.drawn.d))};
+}
+
 /// What a photon carries.
 struct Burden {
   Vec3f weight;
@@ -101,7 +110,7 @@ struct ShootPass {
       const Flight flight = sampler.fly(medium, path, random, audit);
       burden.track.length = burden.track.length + flight.length;
       if (flight.end != Flight::End::collided) {
-        leave(flight, path.ray, burden.weight, burden.track);
+        if (leave(flight, random, path, burden)) continue;
         break;
       }
       ++burden.track.scatterings;
@@ -140,43 +149,59 @@ struct ShootPass {
     return false;
   }
 
-  /// The end of a photon whose flight escaped or stalled. \param ray where that was, and how
-  TYN_HD void leave(const Flight& flight, const Ray& ray, Vec3f weight, Track track) const {
+  /// Where the flight of a photon escaped or stalled. \return false where it ends; otherwise `path`
+  /// is its next flight.
+  TYN_HD bool leave(const Flight& flight, const RandomStream& random, Path& path,
+                    Burden& burden) const {
     const bool escaped = flight.end == Flight::End::escaped;
+    const Box& box = medium.whole.box;
+    const bool is_ground = escaped && box.is_ground(flight.face);
+    // Where nothing reflects, all is taken.
+    const Vec3f albedo = is_ground ? box.ground_albedo[flight.face] : Vec3f{0, 0, 0};
+    const Scattering next = scatter(burden.weight, albedo, random, path.event + 1);
     Ledger& ledger = account->ledger;
-    deposit(escaped ? ledger.escaped[flight.face] : ledger.stalled, 1);
-    deposit_weight(escaped ? ledger.escaped_power[flight.face] : ledger.stalled_power, weight);
+    std::int64_t taken[3];
+    settle(burden.weight, albedo, next, escaped ? ledger.escaped[flight.face] : ledger.stalled,
+           escaped ? ledger.escaped_power[flight.face] : ledger.stalled_power, taken);
     if (escaped && detectors.sums)
-      detectors.escape(flight.face, ray.origin, ray.direction, track, weight);
+      detectors.escape(flight.face, path.ray.origin, path.ray.direction, burden.track, taken);
+    if (next.absorbed || next.rouletted) return false;
+    burden.weight = next.weight;
+    burden.scores = true;  // it does not come straight from its light
+    reflect(box, flight.face, random, path);
+    return true;
   }
 
   /// Absorption and roulette at a collision at `p`. \return false where they end the photon.
   TYN_HD bool survive(int component, Vec3f albedo, Vec3f p, const RandomStream& random,
                       std::uint32_t event, Vec3f& weight) const {
     const Scattering next = scatter(weight, albedo, random, event);
-    settle(component, weight, albedo, p, next);
+    Ledger& ledger = account->ledger;
+    std::int64_t absorbed[3];
+    settle(weight, albedo, next, ledger.absorbed[component], ledger.absorbed_power[component],
+           absorbed);
+    if (detectors.sums) detectors.absorb(p, absorbed);
     weight = next.weight;
     return !next.absorbed && !next.rouletted;
   }
 
-  // The power a collision takes: part to the component, the rest to (or from) the roulette. In
-  // integers, so that the sum over the photon's life closes exactly.
-  TYN_HD void settle(int component, Vec3f weight, Vec3f albedo, Vec3f p,
-                     const Scattering& next) const {
+  // The power that a collision or a face takes: part is `taken` by that, whose tallies are `ended`
+  // and `power`, the rest goes to (or comes from) the roulette. In integers, so that the sum over
+  // the photon's life closes exactly.
+  TYN_HD void settle(Vec3f weight, Vec3f albedo, const Scattering& next, std::int64_t& ended,
+                     std::int64_t (&power)[3], std::int64_t (&taken)[3]) const {
     Ledger& ledger = account->ledger;
     const float before[3] = {weight.x, weight.y, weight.z};
     const float share[3] = {albedo.x, albedo.y, albedo.z};
     const float after[3] = {next.weight.x, next.weight.y, next.weight.z};
-    std::int64_t absorbed[3];
     for (int c = 0; c < 3; ++c) {
       const std::int64_t scattered = to_units(before[c] * share[c]);
-      absorbed[c] = to_units(before[c]) - scattered;
+      taken[c] = to_units(before[c]) - scattered;
       const std::int64_t roulette = scattered - to_units(after[c]);
-      if (absorbed[c] != 0) deposit(ledger.absorbed_power[component][c], absorbed[c]);
+      if (taken[c] != 0) deposit(power[c], taken[c]);
       if (roulette != 0) deposit(ledger.roulette_power[c], roulette);
     }
-    if (detectors.sums) detectors.absorb(p, absorbed);
-    if (next.absorbed) deposit(ledger.absorbed[component], 1);
+    if (next.absorbed) deposit(ended, 1);
     if (next.rouletted) deposit(ledger.rouletted, 1);
   }
 };
@@ -299,8 +324,8 @@ struct Sight {
   SampleSum sum;
   Vec3f albedo{0, 0, 0};  ///< of what it met first
   Vec3f throughput{1, 1, 1};
-  int collisions = 0;         ///< with matter that scatters
-  bool hit = false;           ///< met matter
+  int collisions = 0;         ///< with matter that scatters, or with a ground
+  bool hit = false;           ///< met matter or a ground
   bool ends = false;          ///< at its next collision, of which it takes nothing
   bool takes_lights = false;  ///< of those that its flight meets
   float pdf = 0;              ///< of the direction it scattered into [1/sr]
@@ -346,7 +371,7 @@ struct GatherPass {
     while (goes_on) {
       const Flight flight = sampler.fly(medium, path, random, audit);
       goes_on = flight.end == Flight::End::collided ? collide(sight, flight.component, random, path)
-                                                    : leave(sight, flight, path);
+                                                    : leave(sight, flight, random, path);
     }
     end(sight);
     deposit_audit(account->audit, audit);
@@ -366,19 +391,31 @@ struct GatherPass {
     const RandomBlock first = random.block(0, Purpose::emission);
     path = {camera.sample(random, first), exponential(first.d), 0, {}};
     sight.onward = path.ray;
-    if (enter(medium.whole.box, path.ray)) return true;
+    const Entry entry = approach(medium.whole.box, path.ray);
+    if (entry == Entry::open) return true;
+    if (entry == Entry::ground) {  // its back, which is dark
+      see_lights(sight, sight.onward.direction, distance_to_ground(sight, path));
+      sight.hit = true;
+      return false;
+    }
     see_lights(sight, sight.onward.direction, largest_float);
     see_background(sight);
     return false;
   }
 
-  TYN_HD bool leave(Sight& sight, const Flight& flight, Path& path) const {
+  TYN_HD bool leave(Sight& sight, const Flight& flight, const RandomStream& random,
+                    Path& path) const {
+    const bool is_ground =
+        flight.end == Flight::End::escaped && medium.whole.box.is_ground(flight.face);
     if (sight.in_shadow_walk) {
-      if (flight.end == Flight::End::escaped)
+      // Lights beyond a ground are hidden; those within its rounding are not.
+      const bool is_hidden = is_ground && beyond_rounding * flight.length < path.reach;
+      if (flight.end == Flight::End::escaped && !is_hidden)
         add(sight, sight.direct, sight.collisions == 1 ? Part::single : Part::multiple,
             sight.group);
       return resume(sight, path);
     }
+    if (is_ground) return meet_ground(sight, flight.face, random, path);
     see_lights(sight, path.ray.direction, largest_float);
     if (sight.collisions == 0) see_background(sight);
     return false;
@@ -412,12 +449,58 @@ struct GatherPass {
     sight.pdf = component.phase.pdf(dot(direction, sight.onward.direction));
     sight.tau = path.tau;
     if (!takes_lights || !lights.any_asked()) return resume(sight, path);
+    return ask_light(sight, scattered, random, path, [&](Vec3f to_light) {
+      return component.phase.evaluate(dot(direction, to_light));
+    });
+  }
+
+  TYN_HD void end(const Sight& sight) const {
+    film.finish(sight.pixel, sight.sum, sight.hit, sight.albedo);
+  }
+
+ private:
+  static constexpr float beyond_rounding = 1.0f + 1e-5f;
+
+  /// \param path ends at a ground
+  TYN_HD static float distance_to_ground(const Sight& sight, const Path& path) {
+    return beyond_rounding * length(path.ray.origin - sight.onward.origin);
+  }
+
+  /// The same as collide() for a ground: it reflects, and has no grid to read.
+  TYN_HD bool meet_ground(Sight& sight, Face face, const RandomStream& random, Path& path) const {
+    const Box& box = medium.whole.box;
+    const Vec3f albedo = box.ground_albedo[face], normal = inward_normal(face);
+    see_lights(sight, path.ray.direction, distance_to_ground(sight, path));
+    if (sight.ends) return false;  // what it reflects is in the grid
+    if (!sight.hit) sight.albedo = albedo;
+    sight.hit = true;
+    if (!(largest(albedo) > 0.0f)) return false;
+    ++sight.collisions;
+    reflect(box, face, random, path);
+    const Vec3f reflected = sight.throughput * albedo;
+    sight.throughput = scatter(sight.throughput, albedo, random, path.event).weight;
+    sight.takes_lights = true;
+    sight.stops = !(largest(sight.throughput) > 0.0f);
+    sight.onward = path.ray;
+    sight.pdf = (1.0f / pi) * dot(normal, path.ray.direction);
+    sight.tau = path.tau;
+    if (!lights.any_asked()) return resume(sight, path);
+    return ask_light(sight, reflected, random, path,
+                     [&](Vec3f to_light) { return (1.0f / pi) * dot(normal, to_light); });
+  }
+
+  /// Sets out for a light from where `path` starts. \param value (direction to the light) -> share
+  /// of `scattered` that goes from there to the camera [1/sr], as the density of `sight.onward`;
+  /// below 0: there is none to ask
+  template <class Value>
+  TYN_HD bool ask_light(Sight& sight, Vec3f scattered, const RandomStream& random, Path& path,
+                        Value&& value) const {
     const RandomBlock drawn = random.block(path.event, Purpose::light);
-    const LightSample light = lights.sample(p, drawn);
-    const float cosine = dot(direction, light.direction);
-    const float share =
-        light.pdf > 0.0f ? light.pdf / (light.pdf + component.phase.pdf(cosine)) : 1.0f;
-    sight.direct = (share * component.phase.evaluate(cosine)) * (scattered * light.irradiance);
+    const LightSample light = lights.sample(path.ray.origin, drawn);
+    const float density = value(light.direction);
+    if (density < 0.0f) return resume(sight, path);
+    const float share = light.pdf > 0.0f ? light.pdf / (light.pdf + density) : 1.0f;
+    sight.direct = (share * density) * (scattered * light.irradiance);
     sight.group = light.group;
     sight.in_shadow_walk = true;
     path.ray.direction = light.direction;
@@ -426,11 +509,6 @@ struct GatherPass {
     return true;
   }
 
-  TYN_HD void end(const Sight& sight) const {
-    film.finish(sight.pixel, sight.sum, sight.hit, sight.albedo);
-  }
-
- private:
   TYN_HD static bool resume(Sight& sight, Path& path) {
     sight.in_shadow_walk = false;
     path.ray = sight.onward;

@@ -33,6 +33,17 @@ TYN_HD float distance_to_plane(float plane, float origin, float inverse_directio
   return inverse_direction == 0.0f ? largest_float : (plane - origin) * inverse_direction;
 }
 
+/// \return `p` on `face`, where it is but for rounding.
+TYN_HD Vec3f onto_face(const Box& box, Face face, Vec3f p) {
+  const Vec3f e = box.extent;
+  const bool high = (face & 1) != 0;
+  p = {clamp(p.x, 0.0f, e.x), clamp(p.y, 0.0f, e.y), clamp(p.z, 0.0f, e.z)};
+  if (face / 2 == 0) p.x = high ? e.x : 0.0f;
+  if (face / 2 == 1) p.y = high ? e.y : 0.0f;
+  if (face / 2 == 2) p.z = high ? e.z : 0.0f;
+  return p;
+}
+
 /// 1/d; 0 stands for "never" (d is 0, or so small that 1/d overflows).
 TYN_HD float inverse_component(float d) { return abs(d) < 1e-30f ? 0.0f : 1.0f / d; }
 
@@ -127,13 +138,7 @@ class SuperVoxelWalk {
   // would drift.
   TYN_HD bool wrap() {
     before_ = before_ + t_;
-    const Vec3f p = position();
-    const Vec3f e = grid_.box.extent;
-    ray_.origin = {clamp(p.x, 0.0f, e.x), clamp(p.y, 0.0f, e.y), clamp(p.z, 0.0f, e.z)};
-    const bool forward = (face_ & 1) != 0;
-    if (face_ / 2 == 0) ray_.origin.x = forward ? 0.0f : e.x;
-    if (face_ / 2 == 1) ray_.origin.y = forward ? 0.0f : e.y;
-    if (face_ / 2 == 2) ray_.origin.z = forward ? 0.0f : e.z;
+    ray_.origin = onto_face(grid_.box, face_ ^ 1, position());
     start();
     return true;
   }
@@ -150,7 +155,7 @@ class SuperVoxelWalk {
 struct Path {
   Ray ray;
   float tau;            ///< optical depth to go [-]
-  std::uint32_t event;  ///< tentative collisions of the whole path so far
+  std::uint32_t event;  ///< tentative collisions and reflections of the whole path so far
   RandomBlock drawn;    ///< of the last one: accept, tau of the next flight, two for a direction
   float reach = largest_float;  ///< [length] the flight ends there: that of a shadow walk
 };
@@ -312,25 +317,30 @@ struct RayMarching {
   }
 };
 
-/// Moves `ray` to where it enters the medium: onto the box where it starts outside (only open sides
-/// bound it), into the first period along periodic axes. \return false where it never does.
-/// \param[out] distance to there [length]
-TYN_HD bool enter(const Box& box, Ray& ray, float& distance) {
+/// Whether a ray gets into the medium.
+enum class Entry { open, ground, none };
+
+/// Moves `ray` to where it meets the medium: onto the box where it starts outside (only open sides
+/// bound it), into the first period along periodic axes. \return none where it never does, ground
+/// where it ends there: at the back of one. \param[out] distance to there [length]
+TYN_HD Entry approach(const Box& box, Ray& ray, float& distance) {
   float t0 = 0.0f, t1 = largest_float;
-  const auto slab = [&](float origin, float direction, float extent) {
+  Face face = -1;  // that it meets at t0, if it starts outside
+  const auto slab = [&](int axis, float origin, float direction, float extent) {
     const float inverse = inverse_component(direction);
     if (inverse == 0.0f) {
       if (origin < 0.0f || origin > extent) t1 = -1.0f;
     } else {
       const float a = (0.0f - origin) * inverse, b = (extent - origin) * inverse;
+      if (min(a, b) > t0) face = 2 * axis + (direction < 0.0f ? 1 : 0);
       t0 = max(t0, min(a, b));
       t1 = min(t1, max(a, b));
     }
   };
-  if (!box.periodic_x) slab(ray.origin.x, ray.direction.x, box.extent.x);
-  if (!box.periodic_y) slab(ray.origin.y, ray.direction.y, box.extent.y);
-  if (!box.periodic_z) slab(ray.origin.z, ray.direction.z, box.extent.z);
-  if (t0 > t1) return false;
+  if (!box.periodic_x) slab(0, ray.origin.x, ray.direction.x, box.extent.x);
+  if (!box.periodic_y) slab(1, ray.origin.y, ray.direction.y, box.extent.y);
+  if (!box.periodic_z) slab(2, ray.origin.z, ray.direction.z, box.extent.z);
+  if (t0 > t1) return Entry::none;
   const auto inside = [](float x, float extent, bool periodic) {
     if (periodic) x = x - extent * floor(x / extent);
     return clamp(x, 0.0f, extent);
@@ -340,11 +350,12 @@ TYN_HD bool enter(const Box& box, Ray& ray, float& distance) {
                 inside(p.y, box.extent.y, box.periodic_y),
                 inside(p.z, box.extent.z, box.periodic_z)};
   distance = t0;
-  return true;
+  return face >= 0 && box.is_ground(face) ? Entry::ground : Entry::open;
 }
-TYN_HD bool enter(const Box& box, Ray& ray) {
+TYN_HD Entry approach(const Box& box, Ray& ray) {
   float distance;
-  return enter(box, ray, distance);
+  return approach(box, ray, distance);
 }
+TYN_HD bool enter(const Box& box, Ray& ray) { return approach(box, ray) == Entry::open; }
 
 }  // namespace tyndall
