@@ -101,7 +101,7 @@ Account expect_equal(const Scene& scene, std::uint64_t begin, std::uint64_t phot
 Scene lit(scene::Component c) {
   Scene scene = furnace({std::move(c)});
   scene.medium.majorant_resolution = {7, 5, 9};
-  scene.illumination_resolution = {24, 24, 24};
+  scene.illumination_resolution = {12, 12, 12};
   return scene;
 }
 
