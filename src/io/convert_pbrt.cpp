@@ -30,7 +30,7 @@ std::string rgb(const char* name, glm::dvec3 color) {
 std::string phase(const scene::Phase& phase, const std::string& key, Refusals& refusals) {
   return std::visit(
       Overloaded{[&](const auto&) {
-                   refusals.add(key, "is not given this phase function");
+                   refusals.add(key, "knows Henyey and Greenstein's phase function alone");
                    return std::string();
                  },
                  [](const scene::IsotropicPhase&) { return std::string("\"float g\" [0]"); },
@@ -257,7 +257,7 @@ double shorter_field_of_view(const scene::Camera& c) {
 std::string camera(const Scene& scene, const std::string& medium) {
   const scene::Camera& c = scene.camera;
   const Pose p = pose(c);
-  glm::dvec3 target = look_at(scene);
+  glm::dvec3 target = look_at(scene), up = c.matrix ? p.up : c.up;
   std::string mirror = "Scale -1 1 1  # x to the left where y is up and z ahead\n", kind;
   switch (c.projection) {
     case scene::Projection::perspective:
@@ -274,12 +274,12 @@ std::string camera(const Scene& scene, const std::string& medium) {
     case scene::Projection::spherical:  // the picture begins at pbrt's x and goes on to its z
       mirror = "";
       target = p.position - glm::length(target - p.position) * p.right;
+      up = p.up;
       kind = "\"spherical\" \"string mapping\" \"equirectangular\"";
       break;
   }
   return fmt::format("{}LookAt {}  {}  {}\nMediumInterface \"\" \"{}\"\nCamera {}\n\n", mirror,
-                     listed(p.position, " "), listed(target, " "),
-                     listed(c.matrix ? p.up : c.up, " "), medium, kind);
+                     listed(p.position, " "), listed(target, " "), listed(up, " "), medium, kind);
 }
 
 }  // namespace
