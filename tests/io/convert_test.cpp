@@ -835,7 +835,7 @@ std::map<std::string, Scene> scenes_for_both() {
   out["image_of_the_sky"] = sky;
 
   Scene lens = scene;
-  lens.camera.aperture_radius = 0.25, lens.camera.focus_distance = 1.3;
+  lens.camera.aperture_radius = 0.8, lens.camera.focus_distance = 1;
   lens.camera.focal_length = 40;
   lens.camera.resolution = {16, 12}, lens.camera.crop = {5, 2, 13, 8};
   out["lens_and_crop"] = lens;
