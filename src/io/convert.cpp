@@ -5,9 +5,13 @@
 #include <filesystem>
 
 #include <fmt/format.h>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
 
 #include "io/convert_parts.h"
 #include "io/json_text.h"
+#include "render/camera.h"
 #include "render/scene_values.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/prepare.h"
@@ -137,28 +141,51 @@ void refuse_media(const Scene& scene, const std::vector<std::string>& phases, Re
   }
 }
 
-void refuse_lights_and_camera(const Scene& scene, Refusals& refusals) {
+void refuse_suns_and_filters(const Scene& scene, Refusals& refusals) {
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
-    const auto refuse = [&] {
-      refusals.add(fmt::format("lights[{}]", i), "is not given this kind of light");
-    };
-    std::visit(Overloaded{[](const scene::PointLight&) {},
-                          [&](const scene::DirectionalLight& l) {
-                            if (l.angle > 0) refuse();
-                          },
-                          [&](const scene::EnvironmentLight& l) {
-                            if (l.image) refuse();
-                          },
-                          [&](const auto&) { refuse(); }},
-               scene.lights[i]);
+    const auto* light = std::get_if<scene::DirectionalLight>(&scene.lights[i]);
+    if (light && light->angle > 0) {
+      const std::string key = fmt::format("lights[{}].angle", i);
+      refusals.add(key, fmt::format("has no disc of a sun; -D {}=0 makes its light parallel", key));
+    }
   }
-  const scene::Camera& camera = scene.camera;
-  if (camera.projection != scene::Projection::perspective || camera.matrix
-      || camera.aperture_radius > 0 || camera.focal_length > 0
-      || camera.crop != std::array{0, 0, 0, 0})
-    refusals.add("camera", "is not given this camera");
-  if (scene.filter != scene::Filter::box || (scene.filter_radius > 0 && scene.filter_radius != 0.5))
-    refusals.add("film.filter", "is not given this filter");
+  if (scene.filter != scene::Filter::box)
+    refusals.add("film.filter",
+                 "has no filter of this shape; -D film.filter=box is the same in all");
+}
+
+bool starts_within(const OneMedium& medium, const scene::Camera& camera, Refusals& refusals) {
+  const Pose p = pose(camera);
+  // Half the sides of the rectangle in which rays begin: the picture's plane, or about the lens.
+  const bool is_parallel = camera.projection == scene::Projection::orthographic;
+  const double width = is_parallel ? 0.5 * camera.width : camera.aperture_radius;
+  const double height =
+      is_parallel ? width * camera.resolution[1] / camera.resolution[0] : camera.aperture_radius;
+  const glm::dvec3 u = width * p.right, v = height * p.up;
+  int within = 0;
+  for (const glm::dvec3& corner : {u + v, u - v, v - u, -u - v})
+    within += medium.contains(p.position + corner) ? 1 : 0;
+  if (within == 4) return true;
+  // Is there a plane between the rectangle and the box: the rectangle's own, or a side's?
+  const glm::dvec3 middle = 0.5 * (medium.low + medium.high), half = medium.high - middle;
+  const glm::dvec3 way = glm::abs(p.position - middle), reach = half + glm::abs(u) + glm::abs(v);
+  if (std::abs(glm::dot(p.position - middle, p.forward)) >= glm::dot(half, glm::abs(p.forward))
+      || way.x >= reach.x || way.y >= reach.y || way.z >= reach.z)
+    return false;
+  refusals.add("camera", "has rays begin either all within the matter or all outside");
+  refusals.throw_if_any();
+  return false;
+}
+
+double field_of_view(const scene::Camera& c) {
+  return c.focal_length > 0 ? 2 * glm::degrees(std::atan(half_tangent(c))) : c.fov;
+}
+
+glm::dvec3 look_at(const Scene& scene) {
+  const Pose p = pose(scene.camera);
+  if (!scene.camera.matrix) return scene.camera.look_at;
+  const glm::dvec3 middle = 0.5 * (scene.medium.box_min + scene.medium.box_max);
+  return p.position + std::max(glm::length(middle - p.position), 1.0) * p.forward;
 }
 
 OneMedium one_medium(const Scene& scene, const std::vector<std::string>& phases,

@@ -19,10 +19,9 @@ struct ConvertedFile {
 inline constexpr int least_voxels = 2, most_voxels = 1024, default_voxels = 256;
 
 /// \return the scene as `path`, a .pbrt scene or a .py script for Mitsuba, and after it the grids
-/// that it reads, which lie beside it and have its stem. \param voxels along the longest side of
-/// what is sampled.
-/// \throws Error(usage) for other names, Error(scene_invalid) with all that the other renderer
-/// cannot do, one per line: nothing is left out silently.
+/// and the image that it reads, which lie beside it and have its stem. \param voxels along the
+/// longest side of what is sampled. \throws Error(usage) for other names, Error(scene_invalid) with
+/// all that the other renderer cannot do, one per line: nothing is left out silently.
 std::vector<ConvertedFile> convert(const SceneFile& scene, const std::string& path, int voxels,
                                    int threads = 0);
 

@@ -72,8 +72,18 @@ struct SampledAt {
 /// renderer's words.
 void refuse_media(const Scene& scene, const std::vector<std::string>& phases, Refusals& refusals);
 
-/// Other kinds than point lights, parallel and even light, and pinholes.
-void refuse_lights_and_camera(const Scene& scene, Refusals& refusals);
+/// Suns and pixel filters, which neither renderer has.
+void refuse_suns_and_filters(const Scene& scene, Refusals& refusals);
+
+/// \return whether the camera's rays begin within the medium.
+/// \throws Error(scene_invalid) where some do and some do not: renderers want one answer for all.
+bool starts_within(const OneMedium& medium, const scene::Camera& camera, Refusals& refusals);
+
+/// [degree] across the width.
+double field_of_view(const scene::Camera& camera);
+
+/// Seen in the middle of the picture.
+glm::dvec3 look_at(const Scene& scene);
 
 /// Of a scene that refuse_media() lets pass. \param reads_volumes whether the renderer reads grids
 /// of floats from NanoVDB files.

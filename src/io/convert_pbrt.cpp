@@ -9,9 +9,11 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
 #include "io/convert_parts.h"
+#include "render/camera.h"
 #include "render/scene_values.h"
 #include "tyndall/render/volume.h"
 
@@ -28,7 +30,7 @@ std::string rgb(const char* name, glm::dvec3 color) {
 std::string phase(const scene::Phase& phase, const std::string& key, Refusals& refusals) {
   return std::visit(
       Overloaded{[&](const auto&) {
-                   refusals.add(key, "is not given this phase function");
+                   refusals.add(key, "knows Henyey and Greenstein's phase function alone");
                    return std::string();
                  },
                  [](const scene::IsotropicPhase&) { return std::string("\"float g\" [0]"); },
@@ -120,33 +122,164 @@ std::string box(glm::dvec3 low, glm::dvec3 high) {
       points);
 }
 
+/// \return whether no ray of the camera meets what is no farther than `radius` from these points:
+/// all of it is behind, or beyond the same side of the picture.
+bool is_out_of_view(const Scene& scene, const std::vector<glm::dvec3>& points, double radius) {
+  const scene::Camera& c = scene.camera;
+  if (c.projection == scene::Projection::spherical) return false;
+  const bool is_parallel = c.projection == scene::Projection::orthographic;
+  const Pose p = pose(c);
+  struct Plane {
+    glm::dvec3 outward;
+    double distance = 0;  // from the camera
+  };
+  std::vector<Plane> planes{{-p.forward}};
+  if (c.aperture_radius == 0 || is_parallel) {
+    const double pixel = (is_parallel ? c.width : 2 * half_tangent(c)) / c.resolution[0];
+    const double rim = std::max(scene.filter_radius, 0.5);
+    const glm::dvec3 sides[] = {p.right, p.up};
+    for (int i = 0; i < 4; ++i) {
+      const glm::dvec3 side = i % 2 == 0 ? sides[i / 2] : -sides[i / 2];
+      const double half = pixel * (0.5 * c.resolution[i / 2] + rim);
+      planes.push_back(is_parallel ? Plane{side, half}
+                                   : Plane{glm::normalize(side - half * p.forward)});
+    }
+  }
+  return std::any_of(planes.begin(), planes.end(), [&](const Plane& plane) {
+    return std::all_of(points.begin(), points.end(), [&](const glm::dvec3& point) {
+      return glm::dot(point - p.position, plane.outward) > plane.distance + radius;
+    });
+  });
+}
+
+std::vector<glm::dvec3> corners(const scene::RectangleLight& l) {
+  const glm::dvec3 u = 0.5 * l.edge_u, v = 0.5 * l.edge_v;
+  return {l.center - u - v, l.center + u - v, l.center + u + v, l.center - u + v};
+}
+
+bool shows_its_dark_side(const scene::RectangleLight& l, const scene::Camera& c) {
+  const glm::dvec3 normal = glm::normalize(glm::cross(l.edge_u, l.edge_v));
+  const Pose p = pose(c);
+  return c.projection == scene::Projection::orthographic
+             ? glm::dot(normal, p.forward) >= 0
+             : glm::dot(normal, p.position - l.center) <= -c.aperture_radius;
+}
+
+void refuse(const Scene& scene, Refusals& refusals) {
+  for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+    const std::string key = fmt::format("lights[{}]", i);
+    const auto refuse_seen = [&](bool is_unseen) {
+      if (!is_unseen)
+        refusals.add(key,
+                     "has no area light that is seen and blocks nothing: only one out of the "
+                     "picture can be converted");
+    };
+    std::visit(Overloaded{[&](const scene::RectangleLight& l) {
+                            refuse_seen(is_out_of_view(scene, corners(l), 0)
+                                        || shows_its_dark_side(l, scene.camera));
+                          },
+                          [&](const scene::SphereLight& l) {
+                            refuse_seen(is_out_of_view(scene, {l.center}, l.radius));
+                          },
+                          [&](const scene::EnvironmentLight& l) {
+                            if (l.image)
+                              refusals.add(key + ".image",
+                                           "takes only square images of equal area: leave this "
+                                           "light out and add one as docs/comparison.md says");
+                          },
+                          [](const auto&) {}},
+               scene.lights[i]);
+  }
+}
+
+/// A light that rays pass through without seeing it.
+std::string unseen(glm::dvec3 radiance, const std::string& shape) {
+  return fmt::format(
+      "AttributeBegin\n  AreaLightSource \"diffuse\" {}\n  Material \"diffuse\"\n"
+      "{} \"float alpha\" [0]\nAttributeEnd\n",
+      rgb("L", radiance), shape);
+}
+
 std::string light(const scene::Light& light, const OneMedium& medium) {
+  const auto placed = [&](glm::dvec3 position, const std::string& source) {
+    return fmt::format(
+        "AttributeBegin\n  MediumInterface \"\" \"{}\"\n  LightSource {}\nAttributeEnd\n",
+        medium.contains(position) ? "matter" : "", source);
+  };
   return std::visit(
-      Overloaded{[&](const scene::PointLight& l) {
-                   return fmt::format(
-                       "AttributeBegin\n  MediumInterface \"\" \"{}\"\n"
-                       "  LightSource \"point\" \"point3 from\" [{}] {}\nAttributeEnd\n",
-                       medium.contains(l.position) ? "matter" : "", listed(l.position, " "),
-                       rgb("I", l.power / (4 * glm::radians(180.0))));
-                 },
-                 [](const scene::DirectionalLight& l) {
-                   return fmt::format(
-                       "LightSource \"distant\" \"point3 from\" [0 0 0] \"point3 to\" [{}] {}\n",
-                       listed(l.direction, " "), rgb("L", l.irradiance));
-                 },
-                 [](const scene::EnvironmentLight& l) {
-                   return fmt::format("LightSource \"infinite\" {}\n",
-                                      rgb("L", l.scale * l.radiance));
-                 },
-                 [](const auto&) { return std::string(); }},  // refused
+      Overloaded{
+          [&](const scene::PointLight& l) {
+            return placed(l.position,
+                          fmt::format("\"point\" \"point3 from\" [{}] {}", listed(l.position, " "),
+                                      rgb("I", l.power / (4 * glm::radians(180.0)))));
+          },
+          [](const scene::DirectionalLight& l) {
+            return fmt::format(
+                "LightSource \"distant\" \"point3 from\" [0 0 0] \"point3 to\" [{}] {}\n",
+                listed(l.direction, " "), rgb("L", l.irradiance));
+          },
+          [](const scene::EnvironmentLight& l) {
+            return fmt::format("LightSource \"infinite\" {}\n", rgb("L", l.scale * l.radiance));
+          },
+          [&](const scene::SpotLight& l) {
+            return placed(
+                l.position,
+                fmt::format("\"spot\" \"point3 from\" [{}] \"point3 to\" [{}]\n"
+                            "    \"float coneangle\" [{}] \"float conedeltaangle\" [{}] {}",
+                            listed(l.position, " "),
+                            listed(l.position + glm::normalize(l.direction), " "), l.angle / 2,
+                            l.edge * l.angle / 2, rgb("I", l.intensity)));
+          },
+          [](const scene::RectangleLight& l) {  // the triangles go around the bright side's normal
+            std::string points;
+            for (const glm::dvec3& corner : corners(l))
+              points += (points.empty() ? "" : "  ") + listed(corner, " ");
+            return unseen(l.radiance, fmt::format("  Shape \"trianglemesh\" \"point3 P\" [{}]\n"
+                                                  "    \"integer indices\" [0 1 2  0 2 3]",
+                                                  points));
+          },
+          [](const scene::SphereLight& l) {
+            return unseen(l.radiance,
+                          fmt::format("  Translate {}\n  Shape \"sphere\" \"float radius\" [{}]",
+                                      listed(l.center, " "), l.radius));
+          }},
       light);
 }
 
 /// pbrt's field of view is across the shorter side.
-double field_of_view(const scene::Camera& camera) {
-  const double width = camera.resolution[0], height = camera.resolution[1];
-  if (width <= height) return camera.fov;
-  return 2 * glm::degrees(std::atan(std::tan(glm::radians(camera.fov) / 2) * height / width));
+double shorter_field_of_view(const scene::Camera& c) {
+  const double width = c.resolution[0], height = c.resolution[1], fov = field_of_view(c);
+  if (width <= height) return fov;
+  return 2 * glm::degrees(std::atan(std::tan(glm::radians(fov) / 2) * height / width));
+}
+
+/// Up to the parameters that all have.
+std::string camera(const Scene& scene, const std::string& medium) {
+  const scene::Camera& c = scene.camera;
+  const Pose p = pose(c);
+  glm::dvec3 target = look_at(scene), up = c.matrix ? p.up : c.up;
+  std::string mirror = "Scale -1 1 1  # x to the left where y is up and z ahead\n", kind;
+  switch (c.projection) {
+    case scene::Projection::perspective:
+      kind = fmt::format("\"perspective\" \"float fov\" [{}]", shorter_field_of_view(c));
+      if (c.aperture_radius > 0)
+        kind += fmt::format(" \"float lensradius\" [{}] \"float focaldistance\" [{}]",
+                            c.aperture_radius, focus_distance(c));
+      break;
+    case scene::Projection::orthographic: {
+      const double x = 0.5 * c.width, y = x * c.resolution[1] / c.resolution[0];
+      kind = fmt::format("\"orthographic\" \"float screenwindow\" [{} {} {} {}]", -x, x, -y, y);
+      break;
+    }
+    case scene::Projection::spherical:  // the picture begins at pbrt's x and goes on to its z
+      mirror = "";
+      target = p.position - glm::length(target - p.position) * p.right;
+      up = p.up;
+      kind = "\"spherical\" \"string mapping\" \"equirectangular\"";
+      break;
+  }
+  return fmt::format("{}LookAt {}  {}  {}\nMediumInterface \"\" \"{}\"\nCamera {}\n\n", mirror,
+                     listed(p.position, " "), listed(target, " "), listed(up, " "), medium, kind);
 }
 
 }  // namespace
@@ -162,10 +295,12 @@ std::vector<ConvertedFile> convert_to_pbrt(const SceneFile& file, const std::str
     phases.push_back(phase(scene.medium.components[i].phase,
                            fmt::format("medium.components[{}].phase", i), refusals));
   refuse_media(scene, phases, refusals);
-  refuse_lights_and_camera(scene, refusals);
+  refuse_suns_and_filters(scene, refusals);
+  refuse(scene, refusals);
   refusals.throw_if_any();
 
   const OneMedium medium = one_medium(scene, phases, sampling, true);
+  const bool is_within = starts_within(medium, scene.camera, refusals);
   std::vector<ConvertedFile> files{{path, ""}};
   std::string transform, grid_name;
   if (const auto* stored = std::get_if<Stored>(&medium.matter)) {
@@ -176,31 +311,27 @@ std::vector<ConvertedFile> convert_to_pbrt(const SceneFile& file, const std::str
         transform += fmt::format("{}{}", transform.empty() ? "" : " ", stored->to_world[c][r]);
     transform = "Transform [" + transform + "]\n";
   }
-  const scene::Camera& camera = scene.camera;
+  const CropWindow w = window(scene.camera);
+  const double radius = scene.filter_radius > 0 ? scene.filter_radius : 0.5;
   std::string& text = files[0].bytes;
   text = fmt::format(
       "# {} for pbrt-v4, written by `tyndall convert`\n"
       "Film \"rgb\" \"integer xresolution\" [{}] \"integer yresolution\" [{}]\n"
+      "  \"integer pixelbounds\" [{} {} {} {}]\n"
       "  \"string filename\" {} \"bool savefp16\" [false]\n"
       "  \"string sensor\" \"cie1931\" \"float iso\" [100]\n"
-      "PixelFilter \"box\" \"float xradius\" [0.5] \"float yradius\" [0.5]\n"
+      "PixelFilter \"box\" \"float xradius\" [{}] \"float yradius\" [{}]\n"
       "Sampler \"independent\" \"integer pixelsamples\" [{}] \"integer seed\" [{}]\n"
       "Integrator \"volpath\" \"integer maxdepth\" [1000000]\n\n",
-      quoted(fs::path(file.inputs.front()).filename().string()), camera.resolution[0],
-      camera.resolution[1], quoted(fs::path(path).stem().string() + ".exr"), scene.samples,
+      quoted(fs::path(file.inputs.front()).filename().string()), w.whole_width, w.whole_height,
+      w.left, w.left + w.width, w.top, w.top + w.height,
+      quoted(fs::path(path).stem().string() + ".exr"), radius, radius, scene.samples,
       scene.seed & 0x7fffffff);
   text +=
       fmt::format("{}MakeNamedMedium \"matter\" {} {} {}\n  {}\n{}\n", transform,
                   rgb("sigma_s", medium.albedo), rgb("sigma_a", 1.0 - medium.albedo), medium.phase,
                   matter(medium, grid_name), transform.empty() ? "" : "Identity\n");
-  text += fmt::format(
-      "Scale -1 1 1  # x to the left where y is up and z ahead\n"
-      "LookAt {}  {}  {}\n"
-      "MediumInterface \"\" \"{}\"\n"
-      "Camera \"perspective\" \"float fov\" [{}]\n\n"
-      "WorldBegin\nMediumInterface \"\" \"\"\n",
-      listed(camera.position, " "), listed(camera.look_at, " "), listed(camera.up, " "),
-      medium.contains(camera.position) ? "matter" : "", field_of_view(camera));
+  text += camera(scene, is_within ? "matter" : "") + "WorldBegin\nMediumInterface \"\" \"\"\n";
   for (const scene::Light& l : scene.lights) text += light(l, medium);
   text += "AttributeBegin\n  MediumInterface \"matter\" \"\"\n  Material \"interface\"\n"
           + box(medium.low, medium.high) + "AttributeEnd\n";

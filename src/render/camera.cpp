@@ -7,12 +7,6 @@
 #include "render/scene_values.h"
 
 namespace tyndall {
-namespace {
-
-/// Where a camera stands and how it is turned: three unit vectors.
-struct Pose {
-  glm::dvec3 position, forward, right, up;
-};
 
 Pose pose(const scene::Camera& c) {
   glm::dvec3 position = c.position, forward = c.look_at - c.position, up = c.up;
@@ -26,13 +20,25 @@ Pose pose(const scene::Camera& c) {
   return {position, forward, right, glm::cross(right, forward)};
 }
 
-/// Tangent of half the angle across the width.
 double half_tangent(const scene::Camera& c) {
   constexpr double most = 1e7;  // next to 180 degrees the directions would be no numbers
   if (c.focal_length > 0) return std::min(0.5 * c.film_width / c.focal_length, most);
   const SinCos half = sin_cos_turn(static_cast<float>(c.fov / 720.0));
   return double{half.sin} / std::max(double{half.cos}, 1 / most);
 }
+
+double focus_distance(const scene::Camera& c) {
+  return c.focus_distance > 0 ? c.focus_distance : glm::length(c.look_at - c.position);
+}
+
+CropWindow window(const scene::Camera& c) {
+  const auto [width, height] = c.resolution;
+  const auto [left, top, right, bottom] = c.crop;
+  if (right == 0) return {width, height, 0, 0, width, height};
+  return {width, height, left, top, right - left, bottom - top};
+}
+
+namespace {
 
 /// \param x in [0, 1], share of the radius
 double weight(scene::Filter filter, double x) {
@@ -68,13 +74,6 @@ std::vector<float> quantiles_of(scene::Filter filter, double radius) {
   return quantiles;
 }
 
-CropWindow window(const scene::Camera& c) {
-  const auto [width, height] = c.resolution;
-  const auto [left, top, right, bottom] = c.crop;
-  if (right == 0) return {width, height, 0, 0, width, height};
-  return {width, height, left, top, right - left, bottom - top};
-}
-
 }  // namespace
 
 Camera prepare_camera(const Scene& scene, std::vector<float>& filter_quantiles) {
@@ -90,11 +89,9 @@ Camera prepare_camera(const Scene& scene, std::vector<float>& filter_quantiles) 
       camera.right = to_vec3f(tangent * right);
       camera.up = to_vec3f(tangent * c.resolution[1] / c.resolution[0] * up);
       if (c.aperture_radius > 0) {
-        const double focus =
-            c.focus_distance > 0 ? c.focus_distance : glm::length(c.look_at - c.position);
         camera.lens_x = to_vec3f(c.aperture_radius * right);
         camera.lens_y = to_vec3f(c.aperture_radius * up);
-        camera.inverse_focus = static_cast<float>(1 / focus);
+        camera.inverse_focus = static_cast<float>(1 / focus_distance(c));
       }
       break;
     }
