@@ -157,6 +157,12 @@ class Checker {
     }
   }
 
+  bool any_ground() const {
+    const auto& grounds = scene_.medium.ground;
+    return std::any_of(grounds.begin(), grounds.end(),
+                       [](const auto& albedo) { return albedo.has_value(); });
+  }
+
   void ground() {
     for (int face = 0; face < 6; ++face) {
       const auto f = static_cast<unsigned>(face);
@@ -174,10 +180,10 @@ class Checker {
   /// Without open sides only absorption ends a walk: that of grounds, or of matter where there are
   /// none, since between white grounds without matter it would go on and on.
   void walks_end() {
-    const auto& grounds = scene_.medium.ground;
-    if (std::any_of(grounds.begin(), grounds.end(), [](const auto& g) { return g.has_value(); })) {
+    if (any_ground()) {
+      const auto& grounds = scene_.medium.ground;
       if (std::none_of(grounds.begin(), grounds.end(),
-                       [](const auto& g) { return g && largest(*g) < 1; }))
+                       [](const auto& albedo) { return albedo && largest(*albedo) < 1; }))
         error("medium.ground",
               "light never leaves: at least one ground needs an albedo below 1 in every channel, "
               "or a side must be open");
@@ -455,10 +461,10 @@ class Checker {
   void place(const std::string& path, const char* key, const char* kind, const glm::dvec3& center,
              const glm::dvec3& half) {
     if (!(open(0) && open(1) && open(2))
-        && (scene_.integrator == Integrator::path || scene_.bounces > 0))
+        && (scene_.integrator == Integrator::path || scene_.bounces > 0 || any_ground()))
       error(path, fmt::format("between periodic sides a {} light has images without end, which the "
                               "camera's paths cannot ask one by one: expected the integrator "
-                              "\"photons\" without bounces (gather.bounces 0)",
+                              "\"photons\" without bounces (gather.bounces 0), and no ground",
                               kind));
     bool inside = true, enters = false;
     for (int a = 0; a < 3; ++a) {

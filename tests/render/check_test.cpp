@@ -116,6 +116,13 @@ TEST(Check, GroundsAreOpenFacesThatLightDoesNotEnterThrough) {
   EXPECT_EQ(errors(scene), "medium.ground.-y");
   scene.medium.ground[0] = glm::dvec3(1.0);
   EXPECT_EQ(errors(scene), "medium.ground.-y lights[0].direction");
+  scene.medium.ground[0] = {};
+  scene.lights[0] = PointLight{{0.5, 0.5, 0.5}};  // no path from a ground could ask its images
+  scene.bounces = 0;
+  EXPECT_EQ(errors(scene), "medium.ground.-y lights[0]");
+  scene.medium.ground[2] = {};
+  EXPECT_EQ(errors(scene), "");
+  scene.lights[0] = DirectionalLight{{1.0, 0.0, 0.0}, glm::dvec3(1.0)};
   scene.medium.sides = {Side::open, Side::open, Side::open};
   scene.medium.ground[0] = scene.medium.ground[2] = glm::dvec3(1.0);
   EXPECT_EQ(errors(scene), "lights[0].direction");
