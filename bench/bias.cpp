@@ -2,6 +2,7 @@
 /// tyndall-bias: how far the photons' pictures are from the path tracer's, on average over all
 /// noise, per scene, grid and bounces: a table in Markdown.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -91,30 +92,41 @@ Bias bias(const Replicates& photons, const Replicates& paths,
   return {estimate(products, count / (radiance * radiance)), estimate(means, 1 / radiance)};
 }
 
+/// Below its noise the RMS is not known, but for a limit (two standard deviations).
+void print_rms(const Bias& b) {
+  if (b.square.value > 2 * b.square.error) {
+    const double rms = std::sqrt(b.square.value);
+    std::printf(" %.2f ± %.2f %% |", 100 * rms, 100 * b.square.error / (2 * rms));
+  } else {
+    std::printf(" < %.2f %% |",
+                100 * std::sqrt(std::max(0.0, b.square.value) + 2 * b.square.error));
+  }
+}
+
+/// Of all pixels, of those that are covered, and of the brighter and the darker half of these.
 void print_row(const std::string& name, const Replicates& photons, const Replicates& paths) {
-  // Pixels that are covered, the brighter half of them apart.
   const auto alpha = [](const Picture& picture, std::size_t p) {
     return double{picture.rgba[4 * p + 3]};
   };
   std::vector<std::pair<double, std::size_t>> covered;
-  for (std::size_t p = 0; p < paths[0].rgba.size() / 4; ++p)
+  std::vector<std::size_t> all, matter;
+  for (std::size_t p = 0; p < paths[0].rgba.size() / 4; ++p) {
+    all.push_back(p);
     if (mean(paths, p, alpha) > 0.5) covered.emplace_back(-mean(paths, p, grey), p);
+  }
   if (covered.size() < 2) throw Error(ExitCode::usage, name + ": no pixels with matter");
   std::sort(covered.begin(), covered.end());
   std::vector<std::size_t> halves[2];
-  for (std::size_t i = 0; i < covered.size(); ++i)
+  for (std::size_t i = 0; i < covered.size(); ++i) {
+    matter.push_back(covered[i].second);
     halves[2 * i < covered.size() ? 0 : 1].push_back(covered[i].second);
+  }
   std::printf("| %s |", name.c_str());
+  print_rms(bias(photons, paths, all));
+  print_rms(bias(photons, paths, matter));
   for (const std::vector<std::size_t>& half : halves) {
     const Bias b = bias(photons, paths, half);
-    // Below its noise the RMS is not known, but for a limit (two standard deviations).
-    if (b.square.value > 2 * b.square.error) {
-      const double rms = std::sqrt(b.square.value);
-      std::printf(" %.2f ± %.2f %% |", 100 * rms, 100 * b.square.error / (2 * rms));
-    } else {
-      std::printf(" < %.2f %% |",
-                  100 * std::sqrt(std::max(0.0, b.square.value) + 2 * b.square.error));
-    }
+    print_rms(b);
     std::printf(" %+.2f ± %.2f %% |", 100 * b.mean.value, 100 * b.mean.error);
   }
   std::printf("\n");
@@ -136,7 +148,8 @@ int run(int argc, char** argv) {
   CLI::App app("Bias of the photons' pictures against the path tracer's, as a table in Markdown.",
                "tyndall-bias");
   app.add_option("scenes", options.scenes, "scene files")->required();
-  app.add_option("--grids", options.grids, "cells along the longest edge")->delimiter(',');
+  app.add_option("--grids", options.grids, "cells along the longest edge, 0: the scene's own")
+      ->delimiter(',');
   app.add_option("--bounces", options.bounces, "before the grid is read")->delimiter(',');
   app.add_option("--seeds", options.seeds, "each a picture of both")->check(CLI::Range(3, 1000));
   app.add_option("--width", options.width, "of the pictures [pixel]")->check(CLI::Range(4, 4096));
@@ -151,8 +164,9 @@ int run(int argc, char** argv) {
               static_cast<unsigned long long>(options.samples),
               static_cast<unsigned long long>(options.path_samples), options.width);
   std::printf(
-      "| scene, grid, bounces | lit: RMS | lit: mean | dark: RMS | dark: mean |\n"
-      "|---|---|---|---|---|\n");
+      "| scene, grid, bounces | picture: RMS | cloud: RMS | lit: RMS | lit: mean | dark: RMS | "
+      "dark: "
+      "mean |\n|---|---|---|---|---|---|---|\n");
   for (const std::string& file : options.scenes) {
     Scene scene = io::read_scene(file, {}).scene;
     scene.camera.resolution = {options.width, std::max(1, options.width * scene.camera.resolution[1]
@@ -164,13 +178,14 @@ int run(int argc, char** argv) {
     scene.samples = options.samples;
     scene.photons = options.photons;
     scene.seed += static_cast<std::uint64_t>(options.seeds);
+    const std::array<int, 3> own = scene.illumination_resolution;
     for (const int grid : options.grids) {
-      scene.illumination_resolution = grid_of(scene, grid);
+      scene.illumination_resolution = grid > 0 ? grid_of(scene, grid) : own;
       for (const int bounces : options.bounces) {
         scene.bounces = bounces;
         char name[200];
-        std::snprintf(name, sizeof name, "%s, %d^3, %d", std::filesystem::path(file).stem().c_str(),
-                      grid, bounces);
+        std::snprintf(name, sizeof name, "%s, %s, %d", std::filesystem::path(file).stem().c_str(),
+                      grid > 0 ? (std::to_string(grid) + "^3").c_str() : "its own", bounces);
         print_row(name, replicates(scene, options.seeds, *backend), paths);
       }
     }
