@@ -76,6 +76,7 @@ TEST(DetectorsOfPhotons, add_up_to_the_ledger_bit_for_bit) {
   Scene scene = coloured();
   expect_like_the_ledger(scene);
   scene.medium.sides[1] = scene::Side::periodic;
+  scene.lights[0] = scene::DirectionalLight{{-1, -1, -1}, {3, 5, 4}};
   expect_like_the_ledger(scene);
   scene.sampler = scene::Sampler::woodcock;
   expect_like_the_ledger(scene);

@@ -18,7 +18,7 @@ struct DepthPass {
   float* depth;  ///< [pixels] from the camera, along the ray [length]
 
   /// Optical depth of a step through matter as dense as the majorant. [-]
-  static constexpr float longest_step = 0.5f;
+  static constexpr float longest_step = 0.25f;
   /// Per super-voxel: beside opaque bodies.
   static constexpr float most_steps = 64.0f;
 
