@@ -164,9 +164,9 @@ int run(int argc, char** argv) {
               static_cast<unsigned long long>(options.samples),
               static_cast<unsigned long long>(options.path_samples), options.width);
   std::printf(
-      "| scene, grid, bounces | picture: RMS | cloud: RMS | lit: RMS | lit: mean | dark: RMS | "
-      "dark: "
-      "mean |\n|---|---|---|---|---|---|---|\n");
+      "| scene, grid, bounces | picture: RMS | cloud: RMS | lit: RMS | lit: mean | dark: RMS "
+      "| dark: mean |\n"
+      "|---|---|---|---|---|---|---|\n");
   for (const std::string& file : options.scenes) {
     Scene scene = io::read_scene(file, {}).scene;
     scene.camera.resolution = {options.width, std::max(1, options.width * scene.camera.resolution[1]

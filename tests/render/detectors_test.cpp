@@ -24,18 +24,10 @@ std::int64_t total(const RenderResult& result, std::size_t begin, std::size_t co
 /// All of them, with more bins than light reaches and fewer.
 void add_detectors(Scene& scene) { scene.detectors = {{5, 3}, 7, 1.5, 4, 6, {3, 4, 2}}; }
 
-/// Everything that light can do here: it misses, escapes everywhere, is absorbed in all components.
-Scene coloured() {
-  Scene scene = furnace({component(low_variation(4), 20, 1, scene::HenyeyGreensteinPhase{0.3}),
-                         component(scene::Solid{scene::Sphere{{0.3, 0.4, 0.5}, 0.2}}, 10),
-                         component(scene::Solid{scene::Sphere{{0.6, 0.5, 0.7}, 0.1}}, 50, 0)});
-  scene.medium.components[0].albedo = {0.99, 0.7, 0.4};
-  scene.medium.components[1].albedo = {0.3, 0.8, 0.6};
-  scene.lights = {scene::PointLight{{2, 2, 2}, {3, 5, 4}}, scene::EnvironmentLight{{0.1, 0.2, 1}}};
-  scene.photons = 20000;
+Scene watched() {
+  Scene scene = coloured();
   scene.samples = 8;
   scene.bounces = 0;
-  scene.camera.resolution = {2, 2};
   add_detectors(scene);
   return scene;
 }
@@ -73,7 +65,7 @@ void expect_like_the_ledger(const Scene& scene) {
 }
 
 TEST(DetectorsOfPhotons, add_up_to_the_ledger_bit_for_bit) {
-  Scene scene = coloured();
+  Scene scene = watched();
   expect_like_the_ledger(scene);
   scene.medium.sides[1] = scene::Side::periodic;
   scene.lights[0] = scene::DirectionalLight{{-1, -1, -1}, {3, 5, 4}};
@@ -99,7 +91,7 @@ TEST(DetectorsOfPhotons, find_what_a_ground_takes_where_it_is) {
 }
 
 TEST(DetectorsOfPhotons, count_the_same_on_any_number_of_threads_in_any_batches) {
-  const Scene scene = coloured();
+  const Scene scene = watched();
   const RenderResult once = render(scene, *make_cpu_backend(1));
   RenderOptions options;
   options.batch = 777;
@@ -109,7 +101,7 @@ TEST(DetectorsOfPhotons, count_the_same_on_any_number_of_threads_in_any_batches)
 }
 
 TEST(DetectorsOfPhotons, change_no_picture_but_the_hash_of_the_tallies) {
-  Scene scene = coloured();
+  Scene scene = watched();
   const RenderResult with = render(scene, *make_cpu_backend());
   scene.detectors = {};
   const RenderResult without = render(scene, *make_cpu_backend());

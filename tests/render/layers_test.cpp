@@ -9,14 +9,6 @@
 namespace tyndall::test {
 namespace {
 
-const PictureLayer& layer(const RenderResult& result, const std::string& name) {
-  for (const PictureLayer& l : result.picture.layers)
-    if (l.name == name) return l;
-  static const PictureLayer none;
-  ADD_FAILURE() << "no layer " << name;
-  return none;
-}
-
 Scene two_groups() {
   Scene scene = furnace({component(scene::Solid{scene::Sphere{{0.5, 0.5, 0.5}, 0.4}}, 8, 0.8)});
   scene.medium.components[0].emission = scene::ColorEmission{glm::dvec3(2, 1, 0), scene::Solid{}};

@@ -46,20 +46,6 @@ class Tampering final : public Backend {
   std::function<void(Ledger&)> tamper_;
 };
 
-/// Coloured and black, with photons that miss.
-Scene coloured() {
-  Scene scene = furnace({component(low_variation(4), 20, 1, scene::HenyeyGreensteinPhase{0.3}),
-                         component(scene::Solid{scene::Sphere{{0.3, 0.4, 0.5}, 0.2}}, 10),
-                         component(scene::Solid{scene::Sphere{{0.6, 0.5, 0.7}, 0.1}}, 50, 0)});
-  scene.medium.components[0].albedo = {0.99, 0.7, 0.4};
-  scene.medium.components[1].albedo = {0.3, 0.8, 0.6};
-  scene.lights = {scene::PointLight{{2, 2, 2}, {3, 5, 4}}, scene::EnvironmentLight{{0.1, 0.2, 1}}};
-  scene.photons = 20000;
-  scene.samples = 1;
-  scene.camera.resolution = {2, 2};
-  return scene;
-}
-
 std::string failure(const Scene& scene, Backend&& backend, ExitCode code) {
   try {
     render(scene, backend);

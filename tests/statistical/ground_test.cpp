@@ -19,15 +19,11 @@ constexpr double level = 1e-4;
 /// Mean over the picture, of a layer or (with no name) of all.
 double mean_of(const RenderResult& result, const std::string& name, int channel) {
   if (name.empty()) return mean_of_picture(result, channel);
-  for (const PictureLayer& layer : result.picture.layers) {
-    if (layer.name != name) continue;
-    double sum = 0;
-    for (std::size_t i = static_cast<std::size_t>(channel); i < layer.values.size(); i += 3)
-      sum += double{layer.values[i]};
-    return sum / static_cast<double>(layer.values.size() / 3);
-  }
-  ADD_FAILURE() << name;
-  return 0;
+  const std::vector<float>& values = layer(result, name).values;
+  double sum = 0;
+  for (std::size_t i = static_cast<std::size_t>(channel); i < values.size(); i += 3)
+    sum += double{values[i]};
+  return sum / static_cast<double>(values.size() / 3);
 }
 
 struct Lit {

@@ -1,5 +1,7 @@
 #include "support/scenes.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -104,6 +106,19 @@ Scene furnace(std::vector<scene::Component> components) {
   return scene;
 }
 
+Scene coloured() {
+  Scene scene = furnace({component(low_variation(4), 20, 1, scene::HenyeyGreensteinPhase{0.3}),
+                         component(scene::Solid{scene::Sphere{{0.3, 0.4, 0.5}, 0.2}}, 10),
+                         component(scene::Solid{scene::Sphere{{0.6, 0.5, 0.7}, 0.1}}, 50, 0)});
+  scene.medium.components[0].albedo = {0.99, 0.7, 0.4};
+  scene.medium.components[1].albedo = {0.3, 0.8, 0.6};
+  scene.lights = {scene::PointLight{{2, 2, 2}, {3, 5, 4}}, scene::EnvironmentLight{{0.1, 0.2, 1}}};
+  scene.photons = 20000;
+  scene.samples = 1;
+  scene.camera.resolution = {2, 2};
+  return scene;
+}
+
 Scene slab(double optical_thickness, double albedo, scene::Phase phase) {
   Scene scene;
   scene.medium.sides = {scene::Side::periodic, scene::Side::periodic, scene::Side::open};
@@ -183,6 +198,14 @@ std::vector<RenderResult> replicates(Scene scene, int count) {
   std::vector<RenderResult> results;
   for (int i = 0; i < count; ++i, ++scene.seed) results.push_back(render(scene, *backend));
   return results;
+}
+
+const PictureLayer& layer(const RenderResult& result, const std::string& name) {
+  for (const PictureLayer& l : result.picture.layers)
+    if (l.name == name) return l;
+  static const PictureLayer none;
+  ADD_FAILURE() << "no layer " << name;
+  return none;
 }
 
 double mean_of_picture(const RenderResult& result, int channel) {

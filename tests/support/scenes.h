@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "support/statistics.h"
@@ -33,6 +34,10 @@ scene::Component component(scene::Field field, double extinction, double albedo 
 
 /// The unit box, lit from everywhere with radiance 1, few super-voxels, a small picture.
 Scene furnace(std::vector<scene::Component> components);
+
+/// Coloured and black matter, a lamp and a sky: light misses, escapes everywhere, is absorbed in
+/// all components.
+Scene coloured();
 
 /// A homogeneous layer of unit thickness, periodic in x and y, lit along +z: what is reflected
 /// leaves through face 4, what is transmitted through face 5.
@@ -93,6 +98,9 @@ Series series(const std::vector<RenderResult>& results, Measure&& measure) {
   for (const RenderResult& result : results) s.add(measure(result));
   return s;
 }
+
+/// A layer of the picture; a failure of the test where there is none.
+const PictureLayer& layer(const RenderResult& result, const std::string& name);
 
 /// Mean of a channel over the picture: 0 to 2 red, green and blue, 3 alpha.
 double mean_of_picture(const RenderResult& result, int channel = 0);

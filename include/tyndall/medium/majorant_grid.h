@@ -18,6 +18,9 @@ struct Box {
   std::uint32_t grounds = 0;    ///< a bit for each face: -x +x -y +y -z +z
   Vec3f ground_albedo[6] = {};  ///< RGB, of those that are
 
+  TYN_HD bool is_periodic(int face) const {
+    return face / 2 == 0 ? periodic_x : face / 2 == 1 ? periodic_y : periodic_z;
+  }
   TYN_HD bool is_ground(int face) const { return (grounds >> face & 1u) != 0; }
 };
 

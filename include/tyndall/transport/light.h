@@ -477,10 +477,7 @@ TYN_HD const Emitter& choose(const Lights& lights, std::uint32_t word) {
 
 /// Whether light can enter and leave through `face`.
 TYN_HD bool is_open(const Box& box, Face face) {
-  const bool periodic = face / 2 == 0   ? box.periodic_x
-                        : face / 2 == 1 ? box.periodic_y
-                                        : box.periodic_z;
-  return !periodic && !box.is_ground(face);
+  return !box.is_periodic(face) && !box.is_ground(face);
 }
 
 /// The area that the open faces of the box show to parallel light, one axis each.

@@ -62,7 +62,7 @@ class SuperVoxelWalk {
   TYN_HD void advance(float distance) { t_ = min(t_ + distance, t_exit_); }
 
   /// Steps into the next super-voxel. \return false where the ray leaves the box, through face().
-  TYN_HD bool cross() { return step() || (periodic() && wrap()); }
+  TYN_HD bool cross() { return step() || (grid_.box.is_periodic(face_) && wrap()); }
 
   /// The same, but leaves at periodic sides too. Without branches: lanes step together.
   TYN_HD bool step() {
@@ -126,12 +126,6 @@ class SuperVoxelWalk {
   TYN_HD static float crossing(int i, float size, float direction, float origin, float inverse) {
     const float plane = static_cast<float>(direction < 0.0f ? i : i + 1) * size;
     return distance_to_plane(plane, origin, inverse);
-  }
-
-  TYN_HD bool periodic() const {
-    return face_ / 2 == 0   ? grid_.box.periodic_x
-           : face_ / 2 == 1 ? grid_.box.periodic_y
-                            : grid_.box.periodic_z;
   }
 
   // Enters at the opposite face. The ray starts anew there: a position computed along one long ray
