@@ -118,6 +118,8 @@ class Checker {
     return false;
   }
 
+  // ---- The medium
+
   void medium() {
     const Medium& m = scene_.medium;
     if (vector("medium.box.min", m.box_min, limits::coordinate)
@@ -305,6 +307,8 @@ class Checker {
     return false;
   }
 
+  // ---- Its fields
+
   template <class Body>
   void body(const std::string& path, const Body& shape) {
     std::visit([&](const auto& s) { this->shape(path, s); }, shape);
@@ -396,6 +400,8 @@ class Checker {
       error(path + ".clamp", fmt::format("expected low, high, got {} above {}", r.low, r.high));
     number(path + ".gamma", r.gamma, limits::gamma);
   }
+
+  // ---- Lights
 
   void light(const std::string& path, const Light& light) {
     std::visit(
@@ -535,6 +541,8 @@ class Checker {
     }
   }
 
+  // ---- The camera
+
   void camera() {
     const scene::Camera& c = scene_.camera;
     if (c.projection == Projection::perspective) lens(c);
@@ -611,6 +619,8 @@ class Checker {
       error(path, "mirrored: its determinant is below 0; turn one axis round");
   }
 
+  // ---- Work and detectors
+
   void work() {
     number("photons.count", scene_.photons, limits::photons);
     numbers("photons.illumination.resolution", scene_.illumination_resolution, 3,
@@ -686,6 +696,8 @@ std::uint64_t product(const Sizes& sizes) {
 }
 
 }  // namespace
+
+// ---- What is asked of a scene
 
 Problems check(const Scene& scene) { return Checker(scene).run(); }
 

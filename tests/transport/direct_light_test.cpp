@@ -207,6 +207,8 @@ bool is_even(const scene::Light& light) {
 
 const glm::dvec3 places[] = {{0.8, 0.3, 0.4}, {0.1, 1.9, 0.05}};
 
+// ---- What is asked and what is met
+
 TEST(DirectLights, draw_directions_with_the_density_that_rays_meet_them_with) {
   for (const Case& c : cases()) {
     if (is_even(c.light)) continue;
@@ -396,6 +398,8 @@ double length_within(const Ray& ray, glm::dvec3 low, glm::dvec3 high) {
   }
   return std::max(t1 - t0, 0.0);
 }
+
+// ---- What photons bring
 
 // Fluence of light that is not scattered: the lengths of the photons' ways in a cell, over its
 // volume, against what arrives at its points.
