@@ -39,16 +39,6 @@ const LaneStages& stages_named(std::string_view name) {
   return *list.front();
 }
 
-/// The noise cloud that a field is, or null.
-const NoiseCloud* noise_cloud(const NoiseCloud& field) { return &field; }
-const NoiseCloud* noise_cloud(const AnyField& field) {
-  return field.kind == AnyField::Kind::noise_cloud ? &field.noise_cloud : nullptr;
-}
-template <class Field>
-const NoiseCloud* noise_cloud(const Field&) {
-  return nullptr;
-}
-
 /// Moves paths between the stages, and keeps their account. What begins a path, ends it, and
 /// happens at its collisions is the Driver's:
 ///   uint64_t stream(uint64_t index)             whose random numbers a path has
@@ -246,14 +236,13 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
   static std::uint64_t stream(std::uint64_t index) { return index; }
   bool begin(const RandomStream& random, Path& path, int l) {
     Burden burden;
-    return pass_.begin(random, path, burden) && carry(l, burden);
+    return pass_.begin(burden, random, path) && carry(l, burden);
   }
 
   bool leave(int l, const Flight& flight, Path& path) {
     const RandomStream random{pass_.seed, lanes_.index[l], Pass::domain};
     Burden burden{weight(l), lanes_.group[l], lanes_.scores[l] != 0, tracks_[l]};
-    burden.track.length = burden.track.length + flight.length;
-    return pass_.leave(flight, random, path, burden) && carry(l, burden);
+    return pass_.leave(burden, flight, random, path) && carry(l, burden);
   }
 
   void move(int from, int to) { tracks_[to] = tracks_[from]; }
@@ -343,7 +332,8 @@ class SampleBatch : public Batch<SampleBatch<Medium>, Medium> {
               lanes_.tau[l],
               lanes_.event[l],
               {0, 0, lanes_.word_c[l], lanes_.word_d[l]}};
-    if (!ended_unless(pass_.collide(sights_[l], c, random, path), l)) return false;
+    const Flight flight{Flight::End::collided, c};
+    if (!ended_unless(pass_.collide(sights_[l], flight, random, path), l)) return false;
     this->turn(l, path);
     return true;
   }

@@ -99,26 +99,54 @@ struct NoiseCloud {
   /// \return whether v < extinction * density(p), v > 0: the same decision, bit for bit, from as
   /// few octaves, coarse to fine, as settle it (octave squeezing), or none. Counts them.
   TYN_HD bool exceeds(Vec3f p, float extinction, float v, int& summed) const {
-    if (v >= extinction) return false;
-    p = on_lattice(p);
-    const float body = shape(p);
-    const float undone = threshold(extinction, v, body);
-    float tabulated;
-    if (table.values && table.look_up(p, tabulated)
-        && abs(tabulated - undone) > widened(table.half, body, undone))
-      return tabulated > undone;
-    float rest = widened(fractal_noise_bound(octaves, gain), body, undone);
-    float noise = 0.0f, amplitude = 1.0f;
-    for (int k = 1; k <= octaves; ++k) {
-      if (abs(noise - undone) > rest) return noise > undone;
-      p = 2.0f * p;
-      noise = noise + amplitude * gradient_noise(p, octave_seed(seed, k));
-      rest = rest - noise_bound * amplitude;
-      amplitude = amplitude * gain;
-      ++summed;
-    }
-    return v < extinction * transfer(noise, body);
+    Squeeze s = begin_squeeze(p, extinction, v);
+    while (s.answer == Squeeze::Answer::open) add_octave(s, extinction, v);
+    summed += s.octaves;
+    return s.answer == Squeeze::Answer::yes;
   }
+
+  /// That decision under way.
+  struct Squeeze {
+    enum class Answer { open, no, yes };
+
+    Vec3f p;       ///< doubled by each octave
+    float body;    ///< the shape
+    float undone;  ///< the noise at which both sides are equal, but for rounding
+    float rest;    ///< what the octaves to come may add
+    float noise = 0, amplitude = 1;
+    int octaves = 0;  ///< summed so far
+    Answer answer = Answer::open;
+  };
+
+  TYN_HD Squeeze begin_squeeze(Vec3f p, float extinction, float v) const {
+    Squeeze s;
+    s.p = on_lattice(p);
+    s.body = shape(s.p);
+    s.undone = threshold(extinction, v, s.body);
+    s.rest = widened(fractal_noise_bound(octaves, gain), s.body, s.undone);
+    float tabulated;
+    if (v >= extinction) {
+      s.answer = Squeeze::Answer::no;
+    } else if (table.values && table.look_up(s.p, tabulated)
+               && abs(tabulated - s.undone) > widened(table.half, s.body, s.undone)) {
+      s.answer = tabulated > s.undone ? Squeeze::Answer::yes : Squeeze::Answer::no;
+    } else {
+      settle(s, extinction, v);
+    }
+    return s;
+  }
+
+  TYN_HD void add_octave(Squeeze& s, float extinction, float v) const {
+    ++s.octaves;
+    s.p = 2.0f * s.p;
+    s.noise = s.noise + s.amplitude * gradient_noise(s.p, octave_seed(seed, s.octaves));
+    s.rest = s.rest - noise_bound * s.amplitude;
+    s.amplitude = s.amplitude * gain;
+    if (s.answer == Squeeze::Answer::open) settle(s, extinction, v);
+  }
+
+  /// The density, of all octaves.
+  TYN_HD float density(const Squeeze& s) const { return transfer(s.noise, s.body); }
 
   /// Undoes the transfer: v < extinction * density where the noise is above this, but for rounding.
   TYN_HD float threshold(float extinction, float v, float body) const {
@@ -137,6 +165,14 @@ struct NoiseCloud {
   /// Share of the largest terms that rounding may change in a comparison: 15 additions, and a few
   /// operations of the transfer and of its inverse, with room to spare.
   static constexpr float squeeze_rounding = 4e-6f;
+
+ private:
+  TYN_HD void settle(Squeeze& s, float extinction, float v) const {
+    const bool all = s.octaves == octaves;
+    if (!all && !(abs(s.noise - s.undone) > s.rest)) return;
+    const bool exceeds = all ? v < extinction * density(s) : s.noise > s.undone;
+    s.answer = exceeds ? Squeeze::Answer::yes : Squeeze::Answer::no;
+  }
 };
 
 /// Values at the centres of nx x ny x nz voxels of the unit cube, x fastest; 0 outside the cube.
@@ -236,5 +272,15 @@ struct AnyField {
     if (kind == Kind::sparse_grid) sparse_grid.relocate(copy);
   }
 };
+
+/// \return the noise cloud that a field is, or null.
+TYN_HD const NoiseCloud* noise_cloud(const NoiseCloud& field) { return &field; }
+TYN_HD const NoiseCloud* noise_cloud(const AnyField& field) {
+  return field.kind == AnyField::Kind::noise_cloud ? &field.noise_cloud : nullptr;
+}
+template <class Field>
+TYN_HD const NoiseCloud* noise_cloud(const Field&) {
+  return nullptr;
+}
 
 }  // namespace tyndall

@@ -77,6 +77,16 @@ enum class Decision {
 /// No component: a virtual particle.
 inline constexpr int virtual_particle = -1;
 
+/// \return the decision by the density, which must be within its bounds `at` and agree with
+/// `squeezed`.
+TYN_HD bool audit(const MajorantGrid& grid, std::size_t at, float sigma_t, float v, bool squeezed,
+                  Lookups& lookups) {
+  const bool real = v < sigma_t;
+  const bool bounded = sigma_t >= grid.lower[at] && sigma_t <= grid.upper[at];
+  if (!bounded || squeezed != real) ++lookups.violations;
+  return real;
+}
+
 /// \return whether `component` is what a tentative collision with 0 < v < sigma_maj in `cell` hits.
 /// Below the minorant the answer is certain without a look-up.
 template <class Component>
@@ -88,12 +98,9 @@ TYN_HD bool is_real(const MajorantGrid& grid, int index, const Component& compon
   if (decision == Decision::squeezed) return component.exceeds(p, v, lookups);
   const float sigma_t = component.sigma_t(p, lookups.nodes);
   lookups.octaves += component.octaves();
-  const bool real = v < sigma_t;
-  if (decision == Decision::full) return real;
-  const bool bounded = sigma_t >= grid.lower[at] && sigma_t <= grid.upper[at];
+  if (decision == Decision::full) return v < sigma_t;
   Lookups uncounted;
-  if (!bounded || component.exceeds(p, v, uncounted) != real) ++lookups.violations;
-  return real;
+  return audit(grid, at, sigma_t, v, component.exceeds(p, v, uncounted), lookups);
 }
 
 /// One component: what most scenes are, and no dearer than if there could be only one.
@@ -105,6 +112,10 @@ struct SingleMedium {
 
   TYN_HD int count() const { return 1; }
   TYN_HD const Component<Field>& component(int) const { return single; }
+
+  /// \return whose tentative collision this is, real or not, 0 < v < total[cell], or
+  /// virtual_particle. Leaves what v is above the others.
+  TYN_HD int choose(const MajorantGrid&, std::size_t, float&) const { return 0; }
 
   /// \return the component of a tentative collision at `p`, 0 < v < total[cell], or
   /// virtual_particle.
@@ -133,11 +144,15 @@ struct MixedMedium {
 
   TYN_HD int collide(const MajorantGrid& grid, std::size_t cell, float v, Vec3f p, Lookups& lookups,
                      Decision decision = Decision::audited) const {
+    const int i = choose(grid, cell, v);
+    if (i == virtual_particle) return i;
+    return is_real(grid, i, components[i], cell, v, p, lookups, decision) ? i : virtual_particle;
+  }
+
+  TYN_HD int choose(const MajorantGrid& grid, std::size_t cell, float& v) const {
     for (int i = 0; i < component_count; ++i) {
       const float sigma_maj = grid.upper[static_cast<std::size_t>(i) * grid.cells() + cell];
-      if (v < sigma_maj)
-        return is_real(grid, i, components[i], cell, v, p, lookups, decision) ? i
-                                                                              : virtual_particle;
+      if (v < sigma_maj) return i;
       v = v - sigma_maj;
     }
     return virtual_particle;  // v above the sum by a rounding error

@@ -79,6 +79,23 @@ TYN_HD void reflect(const Box& box, Face face, const RandomStream& random, Path&
                                uniform_symmetric(path.drawn.d))};
 }
 
+/// Path `index` of a pass, from its beginning to its end, flight by flight.
+template <class Pass>
+TYN_HD void follow(const Pass& pass, std::uint64_t index) {
+  const RandomStream random{pass.seed, pass.stream(index), Pass::domain};
+  typename Pass::State state;
+  Path path;
+  Audit audit;
+  bool goes_on = pass.begin(state, random, path);
+  while (goes_on) {
+    const Flight flight = pass.sampler.fly(pass.medium, path, random, audit);
+    goes_on = flight.end == Flight::End::collided ? pass.collide(state, flight, random, path)
+                                                  : pass.leave(state, flight, random, path);
+  }
+  pass.end(state);
+  deposit_audit(pass.account->audit, audit);
+}
+
 /// What a photon carries.
 struct Burden {
   Vec3f weight;
@@ -100,37 +117,17 @@ struct ShootPass {
 
   static constexpr Domain domain = Domain::photon;
 
-  TYN_HD void operator()(std::uint64_t index) const {
-    const RandomStream random{seed, index, domain};
-    Path path;
-    Burden burden;
-    if (!begin(random, path, burden)) return;
-    Audit audit;
-    for (;;) {
-      const Flight flight = sampler.fly(medium, path, random, audit);
-      burden.track.length = burden.track.length + flight.length;
-      if (flight.end != Flight::End::collided) {
-        if (leave(flight, random, path, burden)) continue;
-        break;
-      }
-      ++burden.track.scatterings;
-      const auto& component = medium.component(flight.component);
-      if (component.scatters() && burden.scores)
-        illumination.score(path.ray.origin, path.ray.direction, burden.weight, burden.group);
-      burden.scores = true;
-      if (!survive(flight.component, component.albedo, path.ray.origin, random, path.event,
-                   burden.weight))
-        break;
-      path.ray.direction = component.phase.sample(
-          path.ray.direction, uniform_symmetric(path.drawn.c), uniform_symmetric(path.drawn.d));
-    }
-    deposit_audit(account->audit, audit);
-  }
+  TYN_HD void operator()(std::uint64_t index) const { follow(*this, index); }
 
-  // What becomes of a photon, and is written down, for every driver.
+  // What becomes of a photon, and is written down, for every driver. They return false where it
+  // ends; otherwise `path` is its next flight.
+
+  using State = Burden;
+
+  TYN_HD std::uint64_t stream(std::uint64_t index) const { return index; }
 
   /// \return false where the photon misses the medium, or the matter that was to shine.
-  TYN_HD bool begin(const RandomStream& random, Path& path, Burden& burden) const {
+  TYN_HD bool begin(Burden& burden, const RandomStream& random, Path& path) const {
     const RandomBlock first = random.block(0, Purpose::emission);
     const RandomBlock aim = random.block(0, Purpose::aim);
     const Emitter& light = choose(lights, first.a);
@@ -149,10 +146,10 @@ struct ShootPass {
     return false;
   }
 
-  /// Where the flight of a photon escaped or stalled. \return false where it ends; otherwise `path`
-  /// is its next flight.
-  TYN_HD bool leave(const Flight& flight, const RandomStream& random, Path& path,
-                    Burden& burden) const {
+  /// Where the flight of a photon escaped or stalled.
+  TYN_HD bool leave(Burden& burden, const Flight& flight, const RandomStream& random,
+                    Path& path) const {
+    burden.track.length = burden.track.length + flight.length;
     const bool escaped = flight.end == Flight::End::escaped;
     const Box& box = medium.whole.box;
     const bool is_ground = escaped && box.is_ground(flight.face);
@@ -171,6 +168,26 @@ struct ShootPass {
     reflect(box, flight.face, random, path);
     return true;
   }
+
+  /// Where it ended in matter.
+  TYN_HD bool collide(Burden& burden, const Flight& flight, const RandomStream& random,
+                      Path& path) const {
+    burden.track.length = burden.track.length + flight.length;
+    ++burden.track.scatterings;
+    const auto& component = medium.component(flight.component);
+    if (component.scatters() && burden.scores)
+      illumination.score(path.ray.origin, path.ray.direction, burden.weight, burden.group);
+    burden.scores = true;
+    if (!survive(flight.component, component.albedo, path.ray.origin, random, path.event,
+                 burden.weight))
+      return false;
+    path.ray.direction = component.phase.sample(path.ray.direction, uniform_symmetric(path.drawn.c),
+                                                uniform_symmetric(path.drawn.d));
+    return true;
+  }
+
+  /// All is written down by then.
+  TYN_HD void end(const Burden&) const {}
 
   /// Absorption and roulette at a collision at `p`. \return false where they end the photon.
   TYN_HD bool survive(int component, Vec3f albedo, Vec3f p, const RandomStream& random,
@@ -362,20 +379,9 @@ struct GatherPass {
 
   static constexpr Domain domain = Domain::pixel_sample;
 
-  TYN_HD void operator()(std::uint64_t index) const {
-    const RandomStream random{seed, stream(index), domain};
-    Sight sight;
-    Path path;
-    Audit audit;
-    bool goes_on = begin(sight, random, path);
-    while (goes_on) {
-      const Flight flight = sampler.fly(medium, path, random, audit);
-      goes_on = flight.end == Flight::End::collided ? collide(sight, flight.component, random, path)
-                                                    : leave(sight, flight, random, path);
-    }
-    end(sight);
-    deposit_audit(account->audit, audit);
-  }
+  TYN_HD void operator()(std::uint64_t index) const { follow(*this, index); }
+
+  using State = Sight;
 
   /// \return whose random numbers path `index` has.
   TYN_HD std::uint64_t stream(std::uint64_t index) const {
@@ -421,10 +427,11 @@ struct GatherPass {
     return false;
   }
 
-  /// \param path starts at the collision with matter of component `which`.
-  TYN_HD bool collide(Sight& sight, int which, const RandomStream& random, Path& path) const {
+  /// \param path starts at the collision that ended `flight`.
+  TYN_HD bool collide(Sight& sight, const Flight& flight, const RandomStream& random,
+                      Path& path) const {
     if (sight.in_shadow_walk) return resume(sight, path);
-    const auto& component = medium.component(which);
+    const auto& component = medium.component(flight.component);
     const Vec3f p = path.ray.origin, direction = path.ray.direction;
     if (lights.any_met()) see_lights(sight, direction, length(p - sight.onward.origin));
     if (sight.ends) return false;

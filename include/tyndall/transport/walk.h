@@ -86,15 +86,25 @@ class SuperVoxelWalk {
   TYN_HD Place place() const { return place_; }
   TYN_HD float distance() const {
     return t_;
-  }  ///< along the ray, from the last periodic side
-     ///< [length]
+  }                                                ///< along the ray, from the last periodic side
+                                                   ///< [length]
+  TYN_HD float before() const { return before_; }  ///< up to that side [length]
   TYN_HD float travelled() const { return before_ + t_; }
+  TYN_HD const Ray& ray() const { return ray_; }  ///< from the last periodic side
 
   /// A walk along `ray` that is at `place`, `distance` away from its origin.
-  TYN_HD SuperVoxelWalk(const MajorantGrid& grid, const Ray& ray, Place place, float distance)
-      : grid_(grid), ray_(ray), place_(place), t_(distance) {
+  TYN_HD SuperVoxelWalk(const MajorantGrid& grid, const Ray& ray, Place place, float distance,
+                        float before = 0.0f)
+      : grid_(grid), ray_(ray), place_(place), before_(before), t_(distance) {
     invert();
     find_crossings();
+  }
+
+  /// Another walk in the same grid.
+  TYN_HD void start(const Ray& ray) {
+    ray_ = ray;
+    before_ = 0.0f;
+    start();
   }
 
   TYN_HD Face face() const { return face_; }
@@ -161,67 +171,128 @@ TYN_HD bool is_audited(std::uint32_t last_word) { return (last_word & 0xffu) == 
 struct Flight {
   enum class End { collided, escaped, stalled };
 
-  End end;        ///< escaped: nothing was in the way, to the end of the box or of the reach
-  int component;  ///< collided: whose matter
-  Face face;      ///< escaped: through which face of the box
-  float length;   ///< [length] of the flight
+  End end = End::stalled;  ///< escaped: nothing was in the way, to the end of the box or the reach
+  int component = virtual_particle;  ///< collided: whose matter
+  Face face = 0;                     ///< escaped: through which face of the box
+  float length = 0;                  ///< [length] of the flight
 };
 
-/// The flat loop: each turn crosses into the next super-voxel or is a tentative collision. tau is
-/// carried across cells, and on in place after a virtual particle. A super-voxel of majorant 0
-/// needs no branch: tau > 0 always. Leaves `path.ray.origin` where the flight ended.
+/// A flight under way, one event at a time. tau is carried across cells, and on in place after a
+/// virtual particle.
+class Tracker {
+ public:
+  enum class Event { crossed, tentative, ended };
+
+  TYN_HD Tracker(const MajorantGrid& grid, const Ray& ray) : grid_(grid), walk_(grid, ray) {}
+
+  /// Crosses into the next super-voxel, or gets to a tentative collision, or to the flight's end.
+  /// A super-voxel of majorant 0 needs no branch: tau > 0 always.
+  TYN_HD Event step(Path& path) {
+    const float sigma_maj = grid_.total[walk_.cell()];
+    const float depth = sigma_maj * walk_.length_to_exit();
+    const bool crosses = path.tau > depth;
+    if (crosses) {
+      path.tau = path.tau - depth;
+      if (crossings_ == most_crossings) return Event::ended;
+      if (!walk_.cross()) {
+        flight_.end = Flight::End::escaped;
+        flight_.face = walk_.face();
+        return Event::ended;
+      }
+      ++crossings_;
+    } else {
+      walk_.advance(path.tau / sigma_maj);
+    }
+    if (walk_.travelled() > path.reach) {
+      flight_.end = Flight::End::escaped;
+      return Event::ended;
+    }
+    return crosses ? Event::crossed : Event::tentative;
+  }
+
+  /// Draws for a tentative collision. \return what the extinction there must exceed for it to be
+  /// real [1/length]
+  TYN_HD float draw(Path& path, const RandomStream& random) const {
+    path.drawn = random.block(++path.event, Purpose::walk);
+    path.tau = exponential(path.drawn.b);
+    return uniform(path.drawn.a) * grid_.total[walk_.cell()];
+  }
+
+  /// \param hit the component that the tentative collision was with. \return whether it ends the
+  /// flight
+  TYN_HD bool meet(int hit) {
+    if (hit == virtual_particle) return ++virtual_particles_ == most_virtual;
+    flight_.end = Flight::End::collided;
+    flight_.component = hit;
+    return true;
+  }
+
+  /// Leaves `path.ray.origin` where the flight ended.
+  TYN_HD Flight land(Path& path) {
+    path.ray.origin = walk_.position();
+    flight_.length = walk_.travelled();
+    return flight_;
+  }
+
+  TYN_HD std::size_t cell() const { return walk_.cell(); }
+  TYN_HD Vec3f position() const { return walk_.position(); }
+  TYN_HD int cells() const { return crossings_ + 1; }
+
+  /// Another flight in the same grid.
+  TYN_HD void start(const Ray& ray) {
+    walk_.start(ray);
+    crossings_ = virtual_particles_ = 0;
+    flight_ = {};
+  }
+
+  /// What it takes to go on later.
+  struct Saved {
+    Ray ray;
+    SuperVoxelWalk::Place place;
+    float distance, before;
+    int crossings, virtual_particles;
+  };
+  TYN_HD Saved save() const {
+    return {walk_.ray(),    walk_.place(), walk_.distance(),
+            walk_.before(), crossings_,    virtual_particles_};
+  }
+  TYN_HD Tracker(const MajorantGrid& grid, const Saved& s)
+      : grid_(grid),
+        walk_(grid, s.ray, s.place, s.distance, s.before),
+        crossings_(s.crossings),
+        virtual_particles_(s.virtual_particles) {}
+
+ private:
+  const MajorantGrid& grid_;
+  SuperVoxelWalk walk_;
+  int crossings_ = 0, virtual_particles_ = 0;
+  Flight flight_;
+};
+
+/// The flat loop over the events of a flight. Leaves `path.ray.origin` where it ended.
 template <Decision usual = Decision::squeezed, class Medium>
 TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
                     const RandomStream& random, Audit& audit) {
   ++audit.flights;
-  SuperVoxelWalk walk(grid, path.ray);
-  int crossings = 0, virtual_particles = 0;
+  Tracker tracker(grid, path.ray);
   Lookups lookups;
-  Flight flight{Flight::End::stalled, virtual_particle, 0, 0};
   for (;;) {
-    const float sigma_maj = grid.total[walk.cell()];
-    const float depth = sigma_maj * walk.length_to_exit();
-    if (path.tau > depth) {
-      path.tau = path.tau - depth;
-      if (crossings == most_crossings) break;
-      if (!walk.cross()) {
-        flight.end = Flight::End::escaped;
-        flight.face = walk.face();
-        break;
-      }
-      ++crossings;
-      if (walk.travelled() > path.reach) {
-        flight.end = Flight::End::escaped;
-        break;
-      }
-    } else {
-      walk.advance(path.tau / sigma_maj);
-      if (walk.travelled() > path.reach) {
-        flight.end = Flight::End::escaped;
-        break;
-      }
-      ++audit.tentative;
-      path.drawn = random.block(++path.event, Purpose::walk);
-      path.tau = exponential(path.drawn.b);
-      const int hit = medium.collide(
-          grid, walk.cell(), uniform(path.drawn.a) * sigma_maj, walk.position(), lookups,
-          usual == Decision::squeezed && is_audited(path.drawn.d) ? Decision::audited : usual);
-      if (hit != virtual_particle) {
-        ++audit.real;
-        flight.end = Flight::End::collided;
-        flight.component = hit;
-        break;
-      }
-      if (++virtual_particles == most_virtual) break;
-    }
+    const Tracker::Event event = tracker.step(path);
+    if (event == Tracker::Event::crossed) continue;
+    if (event == Tracker::Event::ended) break;
+    ++audit.tentative;
+    const float v = tracker.draw(path, random);
+    const int hit = medium.collide(
+        grid, tracker.cell(), v, tracker.position(), lookups,
+        usual == Decision::squeezed && is_audited(path.drawn.d) ? Decision::audited : usual);
+    if (hit != virtual_particle) ++audit.real;
+    if (tracker.meet(hit)) break;
   }
-  path.ray.origin = walk.position();
-  flight.length = walk.travelled();
-  audit.cells += crossings + 1;
+  audit.cells += tracker.cells();
   audit.lookups += lookups.lookups;
   audit.octaves += lookups.octaves;
   audit.violations += lookups.violations;
-  return flight;
+  return tracker.land(path);
 }
 
 /// The three samplers: one interface, so that a benchmark swaps them and nothing else.
@@ -254,7 +325,7 @@ struct RayMarching {
     SuperVoxelWalk walk(medium.whole, path.ray);
     int crossings = 0;
     TreeNodes nodes;
-    Flight flight{Flight::End::stalled, virtual_particle, 0, 0};
+    Flight flight;
     for (;;) {
       if (walk.travelled() > path.reach) {
         flight.end = Flight::End::escaped;

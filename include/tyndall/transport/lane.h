@@ -1,0 +1,166 @@
+/// \file
+/// Lanes that go in lockstep, such as the 32 of a warp: a loop over flights would wait for the
+/// longest of them, and a loop over octaves for the hardest decision. So each lane is a machine of
+/// its own that does at most one piece of work of each kind in a turn, and takes a new path when
+/// its own has ended. The pieces are those of the plain loops, follow() and track(), in the same
+/// order for each path, so the results are the same, bit for bit.
+#pragma once
+
+#include "tyndall/transport/passes.h"
+
+namespace tyndall {
+
+/// What a lane has to do next.
+enum class Stage { idle, walk, draw, add_octave, collide, leave };
+
+/// One path at a time, of a pass through super-voxels.
+template <class Pass>
+class Lane {
+ public:
+  /// What is kept of a lane between launches. All zero: it is idle.
+  struct Saved {
+    Stage stage;
+    std::uint64_t stream;  ///< whose random numbers the path has
+    Path path;
+    typename Pass::State state;
+    Tracker::Saved tracker;
+    // The tentative collision that is being decided:
+    int component;
+    float v;
+    NoiseCloud::Squeeze squeeze;
+  };
+
+  TYN_HD Lane(const Pass& pass, const Saved& saved)
+      : pass_(pass), grid_(pass.medium.super_voxels), now_(saved), tracker_(grid_, saved.tracker) {}
+
+  TYN_HD Saved save() const {
+    Saved saved = now_;
+    saved.tracker = tracker_.save();
+    return saved;
+  }
+
+  TYN_HD Stage stage() const { return now_.stage; }
+
+  // The pieces of work. Expect the lane to be at their stage.
+
+  TYN_HD void begin(std::uint64_t index) {
+    now_.stream = pass_.stream(index);
+    go_on(pass_.begin(now_.state, random(), now_.path));
+  }
+
+  TYN_HD void walk() {
+    const Tracker::Event event = tracker_.step(now_.path);
+    if (event == Tracker::Event::tentative) now_.stage = Stage::draw;
+    if (event == Tracker::Event::ended) now_.stage = Stage::leave;
+  }
+
+  TYN_HD void draw() {
+    ++audit_.tentative;
+    now_.v = tracker_.draw(now_.path, random());
+    now_.component = pass_.medium.choose(grid_, tracker_.cell(), now_.v);
+    if (now_.component == virtual_particle) return meet(false);
+    const auto& component = pass_.medium.component(now_.component);
+    const NoiseCloud* cloud = noise_cloud(component.field);
+    if (!cloud) {
+      return meet(is_real(grid_, now_.component, component, tracker_.cell(), now_.v,
+                          tracker_.position(), lookups_,
+                          is_audited() ? Decision::audited : Decision::squeezed));
+    }
+    if (now_.v < grid_.lower[bounds()]) return meet(true);
+    ++lookups_.lookups;
+    now_.squeeze =
+        cloud->begin_squeeze(component.to_field(tracker_.position()), component.extinction, now_.v);
+    now_.stage = Stage::add_octave;
+    decide(*cloud, component.extinction);
+  }
+
+  TYN_HD void add_octave() {
+    const auto& component = pass_.medium.component(now_.component);
+    const NoiseCloud& cloud = *noise_cloud(component.field);
+    ++lookups_.octaves;
+    cloud.add_octave(now_.squeeze, component.extinction, now_.v);
+    decide(cloud, component.extinction);
+  }
+
+  TYN_HD void collide() {
+    const Flight flight = land();
+    go_on(pass_.collide(now_.state, flight, random(), now_.path));
+  }
+
+  TYN_HD void leave() {
+    const Flight flight = land();
+    go_on(pass_.leave(now_.state, flight, random(), now_.path));
+  }
+
+  /// Counts what the lane did since the last time.
+  TYN_HD void write_down() {
+    audit_.lookups += lookups_.lookups;
+    audit_.octaves += lookups_.octaves;
+    audit_.violations += lookups_.violations;
+    deposit_audit(pass_.account->audit, audit_);
+    audit_ = {};
+    lookups_.lookups = lookups_.octaves = lookups_.violations = 0;
+  }
+
+ private:
+  /// After a flight, and before the first.
+  TYN_HD void go_on(bool goes_on) {
+    now_.stage = goes_on ? Stage::walk : Stage::idle;
+    if (!goes_on) return pass_.end(now_.state);
+    ++audit_.flights;
+    tracker_.start(now_.path.ray);
+  }
+
+  TYN_HD Flight land() {
+    audit_.cells += tracker_.cells();
+    return tracker_.land(now_.path);
+  }
+
+  // An audited decision takes all octaves.
+  TYN_HD void decide(const NoiseCloud& cloud, float extinction) {
+    const NoiseCloud::Squeeze& s = now_.squeeze;
+    const bool audits = is_audited();
+    if (audits ? s.octaves < cloud.octaves : s.answer == NoiseCloud::Squeeze::Answer::open) return;
+    const bool real = s.answer == NoiseCloud::Squeeze::Answer::yes;
+    meet(audits ? audit(grid_, bounds(), extinction * cloud.density(s), now_.v, real, lookups_)
+                : real);
+  }
+
+  TYN_HD void meet(bool real) {
+    audit_.real += real ? 1 : 0;
+    const bool ends = tracker_.meet(real ? now_.component : virtual_particle);
+    now_.stage = !ends ? Stage::walk : real ? Stage::collide : Stage::leave;
+  }
+
+  TYN_HD RandomStream random() const { return {pass_.seed, now_.stream, Pass::domain}; }
+  TYN_HD bool is_audited() const { return tyndall::is_audited(now_.path.drawn.d); }
+  TYN_HD std::size_t bounds() const {
+    return static_cast<std::size_t>(now_.component) * grid_.cells() + tracker_.cell();
+  }
+
+  const Pass& pass_;
+  const MajorantGrid& grid_;
+  Saved now_;
+  Tracker tracker_;
+  Audit audit_;
+  Lookups lookups_;
+};
+
+/// More would leave more lanes waiting for the last, fewer would draw for lanes that did not
+/// arrive: see bench/README.md.
+inline constexpr int steps_per_turn = 4;
+
+/// One turn of lanes that go in lockstep. `lanes` has
+///   void begin()                     gives the idle ones new paths, as long as there are any
+///   void where(Stage, Work&& work)   calls work(lane) for the lanes at a stage
+template <class Lanes>
+TYN_HD void take_turn(Lanes& lanes, int steps = steps_per_turn) {
+  lanes.begin();
+  for (int i = 0; i < steps; ++i) lanes.where(Stage::walk, [](auto& lane) { lane.walk(); });
+  lanes.where(Stage::draw, [](auto& lane) { lane.draw(); });
+  lanes.where(Stage::add_octave, [](auto& lane) { lane.add_octave(); });
+  lanes.where(Stage::collide, [](auto& lane) { lane.collide(); });
+  lanes.where(Stage::leave, [](auto& lane) { lane.leave(); });
+}
+
+}  // namespace tyndall
