@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <limits>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -15,6 +16,8 @@
 #include "app/console.h"
 #include "app/convert_command.h"
 #include "app/memory.h"
+#include "app/merge_command.h"
+#include "app/outputs.h"
 #include "app/render_command.h"
 #include "app/signals.h"
 #include "io/convert.h"
@@ -34,6 +37,8 @@ constexpr const char* examples = R"(Examples:
   tyndall validate cloud.json                        finds every error of a scene
   tyndall info smoke.vdb                             lists grids, and what a scene writes to use them
   tyndall convert cloud.json -o cloud.py             the scene for Mitsuba 3; cloud.pbrt: for pbrt-v4
+  tyndall render cloud.json --checkpoint cloud.tyn --resume     goes on after a crash or Ctrl-C
+  tyndall merge a.tyn b.tyn -o cloud.exr             adds up parts (--sample-range A:B -o a.tyn)
   tyndall defaults                                   lists every key of a scene with its default
 
 )";
@@ -83,6 +88,40 @@ CLI::Validator count(std::uint64_t most = most_count, std::uint64_t least = 0) {
 
 /// A number whose range the scene's check knows best: here it is only read.
 CLI::Validator count(const Range& range) { return count(most_count, describe(range)); }
+
+/// Takes a time, "90s", "5m", "1.5h" or "90", to seconds.
+CLI::Validator duration() {
+  const auto rewrite = [](std::string& text) -> std::string {
+    const char* end = text.data() + text.size();
+    double value = -1;
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    const std::string_view unit(stop, static_cast<std::size_t>(end - stop));
+    const double scale = unit.empty() || unit == "s" ? 1
+                         : unit == "m"               ? 60
+                         : unit == "h"               ? 3600
+                                                     : 0;
+    if (error != std::errc() || scale == 0 || !(value >= 0 && value < 1e12))
+      return fmt::format("expected a time such as 90s, 5m or 1.5h, got '{}'", text);
+    text = fmt::format("{}", value * scale);
+    return "";
+  };
+  return {rewrite, ""};
+}
+
+/// Reads "A:B", whose numbers may be written as 2e6.
+IndexRange read_range(const std::string& option, const std::string& text) {
+  const std::size_t colon = text.find(':');
+  std::string begin = text.substr(0, colon),
+              end = colon == std::string::npos ? "" : text.substr(colon + 1);
+  const CLI::Validator number = count();
+  if (!number(begin).empty() || !number(end).empty() || std::stoull(begin) >= std::stoull(end)) {
+    throw Error(ExitCode::usage,
+                fmt::format("{}: expected A:B with A below B, the first and one beyond the last, "
+                            "got '{}'",
+                            option, text));
+  }
+  return {std::stoull(begin), std::stoull(end)};
+}
 
 /// An option that sets the scene's `key`. CLI11 handles options in the order of their definition,
 /// so these come after -D and win over it.
@@ -148,12 +187,57 @@ int run(int argc, char** argv) {
   render->add_flag("--print-hash", arguments.print_hash,
                    "Prints the hashes of tallies and pixels, equal on every machine");
 
+  const auto add_range = [&](const char* flag, std::optional<IndexRange>& range, const char* help) {
+    render
+        ->add_option_function<std::string>(
+            flag, [&range, flag](const std::string& text) { range = read_range(flag, text); }, help)
+        ->type_name("A:B");
+  };
+  render
+      ->add_option("--checkpoint", arguments.checkpoint,
+                   "Keeps what is done in FILE while the render runs")
+      ->type_name("FILE");
+  render->add_option("--checkpoint-every", arguments.checkpoint_every, "How often (60s)")
+      ->type_name("TIME")
+      ->transform(duration());
+  render->add_flag("--resume", arguments.resume, "Goes on from the checkpoint, where it is there");
+  render
+      ->add_option("--time-limit", arguments.time_limit,
+                   "Ends the render after 90s, 5m or 1h with the picture so far (exit code 8)")
+      ->type_name("TIME")
+      ->transform(duration());
+  render
+      ->add_option("--noise", arguments.noise,
+                   "Ends it where the relative error by noise is below X, such as 0.01")
+      ->type_name("X")
+      ->check(CLI::PositiveNumber);
+  add_range("--sample-range", arguments.samples, "These samples alone, of the whole picture");
+  add_range("--photon-range", arguments.photons, "These photons alone; with -o FILE.tyn");
+  render
+      ->add_option("--illumination", arguments.illumination,
+                   "Gathers from the light of this part and shoots nothing")
+      ->type_name("FILE");
+  render->add_flag("--allow-gaps", arguments.allow_gaps, "... even if photons are missing in it");
+
+  MergeArguments merging;
+  CLI::App* merge = app.add_subcommand("merge", "Adds up parts of a render, exactly");
+  merge->add_option("PART", merging.parts, "Parts (.tyn), in any order")->required()->type_name("");
+  merge
+      ->add_option("-o,--output", merging.outputs,
+                   "Part or picture to write (" + known_formats() + "); may be repeated")
+      ->required()
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  merge->add_flag("--allow-gaps", merging.allow_gaps, "Makes a picture of what is there");
+  merge->add_flag("--print-hash", merging.print_hash, "Prints the hashes of tallies and pixels");
+
   CLI::App* validate = app.add_subcommand("validate", "Finds every error of a scene");
   add_scene(*validate, arguments.scene, arguments.overrides);
-  CLI::App* info = app.add_subcommand("info", "Tells what is in a volume, mesh, scene or picture");
+  CLI::App* info =
+      app.add_subcommand("info", "Tells what is in a volume, mesh, scene, picture or part");
   std::string described;
   bool as_json = false;
-  info->add_option("FILE", described, ".vdb, .nvdb, .obj, .json or .exr")
+  info->add_option("FILE", described, ".vdb, .nvdb, .obj, .json, .exr or .tyn")
       ->required()
       ->type_name("");
   info->add_flag("--json", as_json, "The same as JSON");
@@ -178,7 +262,8 @@ int run(int argc, char** argv) {
   CLI::App* help = app.add_subcommand("help", "Prints this help, or that of a command");
   std::string topic;
   help->add_option("COMMAND", topic, "")
-      ->check(CLI::IsMember({"render", "validate", "info", "convert", "schema", "defaults"}));
+      ->check(
+          CLI::IsMember({"render", "merge", "validate", "info", "convert", "schema", "defaults"}));
 
   try {
     app.parse(argc, argv);
@@ -194,7 +279,8 @@ int run(int argc, char** argv) {
 
   if (app.get_subcommands().empty())
     throw Error(ExitCode::usage, "a command is missing (see `tyndall help`)");
-  if (*render) render_command(arguments);
+  if (*render) return static_cast<int>(render_command(arguments));
+  if (*merge) merge_command(merging);
   if (*validate) {
     const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
     for (const std::string& warning : file.warnings) warn(warning);

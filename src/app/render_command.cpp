@@ -3,35 +3,36 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
+#include <atomic>
 #include <charconv>
+#include <chrono>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
+#include <optional>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "app/console.h"
 #include "app/memory.h"
+#include "app/merge_command.h"
+#include "app/outputs.h"
 #include "app/progress.h"
 #include "app/signals.h"
 #include "io/detectors.h"
 #include "io/output_file.h"
-#include "io/pfm.h"
 #include "io/report.h"
 #include "io/scene_json.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
-#if TYNDALL_OPENEXR
-#include "io/exr.h"
-#endif
-#if TYNDALL_OPENIMAGEIO
-#include "io/png.h"
+#if TYNDALL_ZSTD
+#include "io/part_file.h"
 #endif
 
 namespace tyndall::app {
@@ -41,60 +42,22 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void usage_error(const std::string& message) { throw Error(ExitCode::usage, message); }
 
-// ---- Picture formats. ----
-
-using Encoder = std::function<std::string(const io::Run&)>;
-
-struct Format {
-  const char* extension;
-  Encoder (*make_encoder)();  // finds out whether it can work
-};
-
-const Format formats[] = {
-#if TYNDALL_OPENEXR
-    {".exr",
-     []() -> Encoder {
-       return [](const io::Run& run) { return io::encode_exr(run.result.picture); };
-     }},
-#endif
-#if TYNDALL_OPENIMAGEIO
-    {".png",
-     []() -> Encoder {
-       return [png = io::PngEncoder()](const io::Run& run) {
-         return png.encode(run.result.picture, run.scene.exposure);
-       };
-     }},
-#endif
-    {".pfm",
-     []() -> Encoder {
-       return [](const io::Run& run) { return io::encode_pfm(run.result.picture); };
-     }},
-};
-
-const Format& format_of(const std::string& path) {
-  std::string extension = fs::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  for (const Format& format : formats)
-    if (extension == format.extension) return format;
-  usage_error(fmt::format("{}: this build writes no '{}' pictures, only {}", path, extension,
-                          known_formats()));
-}
+constexpr double preview_seconds = 5;
 
 std::string default_output(const std::string& scene) {
-  return fs::path(scene).stem().string() + formats[0].extension;
+  return fs::path(scene).stem().string() + default_extension();
 }
 
-/// No output may replace another.
-void refuse_repeats(const std::vector<std::string>& outputs) {
-  std::vector<fs::path> places;
-  for (const std::string& path : outputs) {
-    std::error_code error;
-    fs::path place = fs::weakly_canonical(fs::absolute(path), error);
-    if (!error && std::find(places.begin(), places.end(), place) != places.end())
-      usage_error(fmt::format("{}: is asked for twice", path));
-    places.push_back(std::move(place));
-  }
+/// Ranges that are not there would give a part of nothing.
+void refuse_ranges_beyond(const Scene& scene, const RenderArguments& arguments) {
+  const auto refuse = [](const char* option, const std::optional<IndexRange>& range,
+                         std::uint64_t count, const char* key) {
+    if (!range || range->end <= count) return;
+    usage_error(fmt::format("{} {}:{}: the scene has {} ({})", option, range->begin, range->end,
+                            count, key));
+  };
+  refuse("--photon-range", arguments.photons, scene.photons, "photons.count");
+  refuse("--sample-range", arguments.samples, scene.samples, "gather.samples");
 }
 
 // ---- Devices. ----
@@ -136,78 +99,154 @@ ProgressStyle progress_style(const std::string& name) {
   return name == "auto" && ::isatty(STDERR_FILENO) == 1 ? ProgressStyle::bar : ProgressStyle::none;
 }
 
-RenderResult render_with_progress(const Scene& scene, Backend& backend,
-                                  const RenderArguments& arguments) {
-  ProgressMeter meter(progress_style(arguments.progress));
-  RenderOptions options;
-  options.batch = arguments.batch;
-  options.progress = [&](const Progress& progress) { meter.show(progress); };
-  options.stop = [] { return caught_signal() != 0; };
-  return render(scene, backend, options);
-}
+/// What is asked of a render while it runs: to be stopped, looked at, written down.
+class Watch {
+ public:
+  Watch(const RenderArguments& arguments, const std::function<void(const RenderResult&)>& show)
+      : arguments_(arguments), show_(show), meter_(progress_style(arguments.progress)) {}
 
-struct Output {
-  io::OutputFile file;
-  Encoder encode;
+  RenderOptions options() {
+    RenderOptions options;
+    options.batch = arguments_.batch;
+    options.photons = arguments_.photons;
+    options.samples = arguments_.samples;
+    if (!arguments_.illumination.empty()) {
+      options.photons = {0, 0};
+      if (!options.samples) options.samples = {0, std::numeric_limits<std::uint64_t>::max()};
+    }
+    options.time_limit = arguments_.time_limit;
+    options.progress = [this](const Progress& progress) {
+      const std::string_view pass = progress.pass;
+      ends_in_order_ = pass == "photons" || pass == "pixels" || pass == "preview";
+      meter_.show(progress);
+    };
+    // Before there is anything to write a signal ends the work in the midst of it.
+    options.stop = [this] { return !ends_in_order_ && caught_signal() != 0; };
+    options.go_on = [this](Renderer& renderer, Moment moment) { return go_on(renderer, moment); };
+    return options;
+  }
+
+  void write_checkpoint(Renderer& renderer) {
+#if TYNDALL_ZSTD
+    io::OutputFile file(arguments_.checkpoint);
+    io::write_part(renderer.part(), file);
+    file.commit();
+#else
+    static_cast<void>(renderer);
+#endif
+    written_ = Clock::now();
+  }
+
+  void clear() { meter_.clear(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  bool go_on(Renderer& renderer, Moment moment) {
+    if (caught_signal() != 0) return false;
+    if (take_request_for_picture()) {
+      meter_.clear();
+      try {
+        show_(renderer.has_picture() ? renderer.result() : renderer.preview(preview_seconds));
+      } catch (const Error& error) {
+        warn(error.what());  // the work is not lost by it
+      }
+    }
+    if (moment == Moment::replicate && arguments_.noise > 0
+        && relative_noise(renderer.part()) <= arguments_.noise)
+      return false;
+    const double age = std::chrono::duration<double>(Clock::now() - written_).count();
+    if (!arguments_.checkpoint.empty() && age >= arguments_.checkpoint_every) {
+      try {
+        write_checkpoint(renderer);
+      } catch (const Error& error) {
+        meter_.clear();
+        warn(fmt::format("{} (the render goes on, and tries again later)", error.what()));
+        written_ = Clock::now();
+      }
+    }
+    return true;
+  }
+
+  const RenderArguments& arguments_;
+  const std::function<void(const RenderResult&)> show_;
+  ProgressMeter meter_;
+  std::atomic<bool> ends_in_order_ = false;
+  Clock::time_point written_ = Clock::now();
 };
 
-/// Writes every output that can be written, and fails afterwards where one could not: the others
-/// may hold hours of work.
-void write_outputs(std::vector<Output>& outputs, const io::Run& run) {
-  std::string failures;
-  for (Output& output : outputs) {
-    try {
-      output.file.write(output.encode(run));
-      output.file.commit();
-      say(fmt::format("written  {}\n", output.file.path()));
-    } catch (const Error& error) {
-      failures += (failures.empty() ? "" : "\n") + std::string(error.what());
-    }
+/// Takes up what --resume and --illumination name.
+void take_up(const RenderArguments& arguments, Renderer& renderer) {
+#if TYNDALL_ZSTD
+  if (!arguments.illumination.empty()) {
+    Partial light = io::read_part(arguments.illumination, available_memory());
+    refuse_gaps(light, arguments.illumination, arguments.allow_gaps, Needs::photons);
+    renderer.resume(std::move(light), arguments.illumination);
   }
-  if (!failures.empty()) throw Error(ExitCode::output_failed, failures);
+  if (!arguments.resume) return;
+  if (!fs::exists(arguments.checkpoint)) {
+    say(fmt::format("resume   {} is not there yet: begins anew\n", arguments.checkpoint));
+    return;
+  }
+  renderer.resume(io::read_part(arguments.checkpoint, available_memory()), arguments.checkpoint);
+  const Partial& part = renderer.part();
+  std::uint64_t photons = 0;
+  for (const Replicate& r : part.replicates) photons += r.photons.count();
+  say(fmt::format("resume   {}: {} of {} photons, {} of {} samples are done\n",
+                  arguments.checkpoint, photons, part.frame.photons, part.samples().count(),
+                  part.frame.samples));
+#else
+  static_cast<void>(arguments), static_cast<void>(renderer);
+#endif
+}
+
+void require_sense(const RenderArguments& arguments, const std::vector<std::string>& outputs) {
+#if !TYNDALL_ZSTD
+  if (!arguments.checkpoint.empty() || !arguments.illumination.empty())
+    usage_error("this build reads and writes no checkpoints and no parts (TYNDALL_ZSTD is off)");
+#endif
+  if (arguments.resume && arguments.checkpoint.empty())
+    usage_error("--resume: --checkpoint FILE is missing");
+  if (!arguments.checkpoint.empty() && !arguments.resume && fs::exists(arguments.checkpoint)) {
+    usage_error(fmt::format("{}: is there already; add --resume to go on from it, or remove it",
+                            arguments.checkpoint));
+  }
+  if (arguments.photons && !arguments.illumination.empty())
+    usage_error("--photon-range and --illumination: one shoots photons, the other reads them");
+  if (!arguments.photons || arguments.samples) return;
+  for (const std::string& path : outputs)
+    if (!is_part(path))
+      usage_error(
+          fmt::format("{}: photons alone make no picture; name a part with -o FILE.tyn, or "
+                      "add --sample-range",
+                      path));
 }
 
 }  // namespace
 
-std::string known_formats() {
-  std::vector<std::string> names;
-  for (const Format& format : formats) names.push_back(format.extension);
-  return fmt::format("{}", fmt::join(names, ", "));
-}
-
-void refuse_inputs(const std::vector<std::string>& inputs,
-                   const std::vector<std::string>& outputs) {
-  for (const std::string& path : outputs) {
-    for (const std::string& input : inputs) {
-      std::error_code error;
-      if (!fs::equivalent(input, path, error)) continue;
-      const bool scene = input == inputs.front();
-      usage_error(fmt::format("{}: is {}", path, scene ? "the scene itself" : "read by the scene"));
-    }
-  }
-}
-
-void render_command(const RenderArguments& arguments) {
+ExitCode render_command(const RenderArguments& arguments) {
   // Whatever can be wrong comes to light before the work begins: first the command line, then the
   // scene, then the machine.
-  std::vector<std::string> paths = arguments.outputs;
-  if (paths.empty()) paths.push_back(default_output(arguments.scene));
-  std::vector<Encoder (*)()> encoders;
-  for (const std::string& path : paths) encoders.push_back(format_of(path).make_encoder);
+  Outputs outputs;
+  std::vector<std::string> pictures = arguments.outputs;
+  if (pictures.empty()) pictures.push_back(default_output(arguments.scene));
+  for (const std::string& path : pictures) outputs.add(path);
+  require_sense(arguments, pictures);
   const DeviceName device = parse_device(arguments.device);
   if (!arguments.report.empty()) {
-    paths.push_back(arguments.report);
-    encoders.push_back([]() -> Encoder { return io::report_json; });
+    outputs.add(arguments.report,
+                [](const io::Run& run, io::OutputFile& file) { file.write(io::report_json(run)); });
   }
   if (!arguments.detectors.empty()) {
-    paths.push_back(arguments.detectors);
-    encoders.push_back([]() -> Encoder { return io::detectors_json; });
+    outputs.add(arguments.detectors, [](const io::Run& run, io::OutputFile& file) {
+      file.write(io::detectors_json(run));
+    });
   }
-  refuse_repeats(paths);
+  outputs.refuse_repeats();
 
   const auto [scene, warnings, inputs, volumes] =
       io::read_scene(arguments.scene, arguments.overrides);
-  refuse_inputs(inputs, paths);
+  refuse_inputs(inputs, outputs.paths());
   for (const std::string& warning : warnings) warn(warning);
   if (!arguments.detectors.empty() && !detects(scene)) {
     usage_error(
@@ -217,31 +256,53 @@ void render_command(const RenderArguments& arguments) {
   }
   if (detects(scene) && arguments.detectors.empty())
     warn("the scene's detectors are written nowhere: add --detectors FILE");
+  refuse_ranges_beyond(scene, arguments);
   if (const std::string shortage = memory_shortage(scene); !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
   const std::unique_ptr<Backend> backend = make_backend(device, arguments.threads);
 
   catch_signals();  // from here on there are temporaries
-  std::vector<Output> outputs;
-  for (std::size_t i = 0; i < paths.size(); ++i)
-    outputs.push_back({io::OutputFile(paths[i]), encoders[i]()});
+  outputs.open();
+  if (!arguments.checkpoint.empty()) io::OutputFile(arguments.checkpoint);  // can it be written?
 
-  RenderResult result = render_with_progress(scene, *backend, arguments);
-  leave_on_signal();
-  if (caught_signal() != 0) throw Stopped{};
+  std::optional<Renderer> renderer;
+  const auto write = [&](RenderResult result) {
+    result.picture.provenance = io::provenance(result);
+    // The scene's were said with their place in its file.
+    for (const std::string& warning : result.warnings)
+      if (std::none_of(warnings.begin(), warnings.end(),
+                       [&](const auto& said) { return said.ends_with(warning); }))
+        warn(warning);
+    const io::Run run{renderer->part(), result, arguments.scene, device.text(), volumes};
+    say(io::report_lines(run));
+    outputs.write(run);
+    return result.hashes;
+  };
+  Watch watch(arguments, write);
+  renderer.emplace(scene, *backend, watch.options());
+  take_up(arguments, *renderer);
+  const bool is_done = renderer->run();
+  end_patience();
+  watch.clear();
+  const int signal = caught_signal();
 
-  result.picture.provenance = io::provenance(scene, result);
-  // render() checks the scene too; what was said with its place in the file need not be said again.
-  for (const std::string& warning : result.warnings)
-    if (std::none_of(warnings.begin(), warnings.end(),
-                     [&](const auto& said) { return said.ends_with(warning); }))
-      warn(warning);
-  const io::Run run{scene, result, arguments.scene, device.text(), volumes};
-  say(io::report_lines(run));
-  write_outputs(outputs, run);
+  const bool has_checkpoint = !arguments.checkpoint.empty();
+  if (!is_done && has_checkpoint) watch.write_checkpoint(*renderer);
+  const bool shows = renderer->has_picture() || renderer->shoots_only();
+  if (!is_done && !shows && signal != 0 && !has_checkpoint) throw Stopped{};
+  const Hashes hashes = write(shows ? renderer->result() : renderer->preview(preview_seconds));
   if (arguments.print_hash)
-    print(fmt::format("tallies {:016x} pixels {:016x}\n", result.hashes.tallies,
-                      result.hashes.pixels));
+    print(fmt::format("tallies {:016x} pixels {:016x}\n", hashes.tallies, hashes.pixels));
+  if (is_done) {
+    if (has_checkpoint) fs::remove(arguments.checkpoint);
+    return ExitCode::done;
+  }
+  say(fmt::format(
+      "tyndall: stopped by {}; what was written has samples {} of {}{}\n",
+      signal != 0 ? "a signal" : "the limit", renderer->part().samples().text(), scene.samples,
+      has_checkpoint ? fmt::format("; --checkpoint {} --resume goes on", arguments.checkpoint)
+                     : ""));
+  return signal != 0 ? static_cast<ExitCode>(128 + signal) : ExitCode::limit;
 }
 
 }  // namespace tyndall::app

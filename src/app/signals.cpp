@@ -12,7 +12,7 @@ namespace tyndall::app {
 namespace {
 
 // Read by all threads; without locks, as a handler must be.
-std::atomic<int> caught = 0, leaving = 0;
+std::atomic<int> caught = 0, leaving = 0, wanted = 0;
 static_assert(std::atomic<int>::is_always_lock_free);
 
 [[noreturn]] void leave(int signal) {
@@ -31,10 +31,13 @@ extern "C" void on_signal(int signal) {
 }
 
 extern "C" void on_timeout(int) {
-  constexpr char message[] = "tyndall: stopped by a signal; nothing was written\n";
+  constexpr char message[] =
+      "tyndall: stopped by a signal in the midst of a batch; nothing more was written\n";
   [[maybe_unused]] const auto written = ::write(STDERR_FILENO, message, sizeof message - 1);
   leave(caught);
 }
+
+extern "C" void on_request(int) { wanted = 1; }
 
 }  // namespace
 
@@ -51,7 +54,18 @@ void catch_signals() {
   ::sigaction(SIGHUP, nullptr, &hangup);
   if (hangup.sa_handler != SIG_IGN) ::sigaction(SIGHUP, &action, nullptr);  // not under nohup
   std::signal(SIGPIPE, SIG_IGN);
+  struct sigaction request {};
+  request.sa_handler = on_request;
+  request.sa_flags = SA_RESTART;
+  ::sigaction(SIGUSR1, &request, nullptr);
 }
+
+void end_patience() noexcept {
+  constexpr itimerspec never{};
+  ::timer_settime(patience, 0, &never, nullptr);
+}
+
+bool take_request_for_picture() noexcept { return wanted.exchange(0) != 0; }
 
 void leave_on_signal() noexcept { leaving = 1; }
 

@@ -1,5 +1,5 @@
 /// \file
-/// SIGINT, SIGTERM and SIGHUP.
+/// SIGINT, SIGTERM and SIGHUP, which end a render, and SIGUSR1, which asks for its picture.
 #pragma once
 
 namespace tyndall::app {
@@ -13,6 +13,12 @@ void catch_signals();
 /// From here on the first of the signals leaves at once: what remains are a few renames, each of
 /// them whole.
 void leave_on_signal() noexcept;
+
+/// The render has stopped in order: what it still has to write takes its time.
+void end_patience() noexcept;
+
+/// \return whether SIGUSR1 has come since the last call.
+bool take_request_for_picture() noexcept;
 
 /// \return number of the signal that was noted, 0 for none.
 int caught_signal() noexcept;

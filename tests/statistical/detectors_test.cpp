@@ -40,7 +40,7 @@ TEST(DetectorsOfPhotons, find_an_even_light_even_however_it_is_scattered) {
     scene.medium.box_max = {2, 1, 3};
     scene.detectors = {{4, 6}, 4000, 40, 0, 12, {0, 0, 0}};
     const RenderResult result = run(scene, 400000);
-    const Detectors& d = result.detectors;
+    const Detectors& d = result.frame.detectors;
     const double area[] = {3, 3, 6, 6, 2, 2};
     std::vector<double> p;
     std::vector<double> expected;

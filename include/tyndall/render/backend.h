@@ -14,7 +14,7 @@
 namespace tyndall {
 
 struct PreparedScene;  // tyndall/render/prepare.h
-struct Account;        // tyndall/transport/passes.h
+struct Account;        // tyndall/transport/ledger.h
 
 struct IndexRange {
   std::uint64_t begin, end;
@@ -24,6 +24,9 @@ struct FilmTallies {
   std::vector<PixelTally> pixels;
   std::vector<std::int64_t> groups;  ///< see Film::groups
   std::int64_t clamped = 0;
+
+  /// \pre of the same picture
+  void add(const FilmTallies& other);
 };
 
 class Backend {

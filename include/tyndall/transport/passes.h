@@ -14,24 +14,6 @@
 
 namespace tyndall {
 
-/// The account of one worker (or of a whole device).
-struct Account {
-  Ledger ledger;
-  Audit audit;
-};
-
-/// Nothing but counts: an account is also an array of them.
-inline constexpr int account_words = sizeof(Account) / sizeof(std::int64_t);
-
-/// Adds atomically, count by count.
-inline void add(Account& sum, const Account& part) {
-  std::int64_t* to = reinterpret_cast<std::int64_t*>(&sum);
-  const std::int64_t* from = reinterpret_cast<const std::int64_t*>(&part);
-  for (int i = 0; i < account_words; ++i) {
-    if (from[i] != 0) deposit(to[i], from[i]);
-  }
-}
-
 TYN_HD void deposit_weight(std::int64_t (&tally)[3], Vec3f weight) {
   deposit(tally[0], to_units(weight.x));
   deposit(tally[1], to_units(weight.y));
