@@ -201,6 +201,8 @@ class Renderer::Work {
   RenderResult preview(double seconds) {
     const auto start = Clock::now();
     flush();
+    measure_matter();
+    measure_depth();
     const auto r = static_cast<std::size_t>(replicate_);
     illuminate(r);
     Partial glance;
@@ -271,10 +273,6 @@ class Renderer::Work {
     shoot_.emplace(options_, "photons", photons, shot);
     gather_.emplace(options_, "pixels", samples * prepared_.pixels(),
                     gathered * prepared_.pixels());
-    if (samples > 0) {
-      measure_matter();
-      measure_depth();
-    }
     for (replicate_ = 0; replicate_ < part_.frame.replicates; ++replicate_) {
       if (replicate_ > 0 && !fits(shoot_seconds_)) return false;
       if (!shoot() || !gather()) return false;
@@ -294,7 +292,7 @@ class Renderer::Work {
   // ---- The passes.
 
   void measure_matter() {
-    if (!prepared_.has_grid) return;
+    if (!prepared_.has_grid || !denominator_.empty()) return;
     PassRunner matter(options_, "matter", prepared_.cells.count());
     matter.run({0, prepared_.cells.count()},
                [&](IndexRange range) { backend_.measure_matter(range); });
@@ -356,6 +354,8 @@ class Renderer::Work {
                   "what was done before keeps no light for the samples that are missing; render "
                   "them apart (--sample-range) and merge");
     }
+    measure_matter();
+    measure_depth();
     illuminate(static_cast<std::size_t>(replicate_));
     for (const IndexRange& range : todo.list()) {
       for (std::uint64_t sample = range.begin; sample < range.end; sample = part_.slice.end)

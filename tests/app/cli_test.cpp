@@ -366,6 +366,139 @@ TEST_F(CliTest, LeavesAtOnceAtTheSecondSignal) {
   EXPECT_EQ(names(), std::set<std::string>{"scene.json"});
 }
 
+// ---- Checkpoints, limits, parts
+
+class ResumeTest : public CliTest {
+ protected:
+  void SetUp() override {
+    CliTest::SetUp();
+    if (IsSkipped()) return;
+    if (run({"merge", "a.tyn", "-o", "b.tyn"}).err.find("TYNDALL_ZSTD is off") != std::string::npos)
+      GTEST_SKIP() << "this build has no checkpoints";
+  }
+  /// Takes a few seconds.
+  static std::vector<std::string> long_render(std::vector<std::string> more,
+                                              const std::string& photons = "2e6",
+                                              const std::string& samples = "512") {
+    more.insert(more.begin(),
+                {"render", "scene.json", "-o", "a.pfm", "--photons", photons, "--samples", samples,
+                 "-D", "camera.resolution=[128,128]", "--print-hash", "--progress", "plain"});
+    return more;
+  }
+  void wait_for(const std::string& said) const {
+    for (int i = 0; i < 15000 && contents(scratch_ / "err").find(said) == std::string::npos; ++i)
+      std::this_thread::sleep_for(2ms);
+  }
+};
+
+TEST_F(ResumeTest, GoesOnAfterASignalToTheSameEnd) {
+  const std::string whole = run(long_render({})).out;
+  ASSERT_NE(whole, "");
+  const auto arguments =
+      long_render({"--checkpoint", "c.tyn", "--checkpoint-every", "0", "--resume"});
+  for (const char* pass : {"photons", "pixels"}) {
+    const pid_t child = start(arguments);
+    wait_for(pass);
+    std::this_thread::sleep_for(100ms);
+    ::kill(child, SIGINT);
+    const Outcome stopped = wait(child, 7s);
+    EXPECT_EQ(stopped.code, 130) << stopped.err;
+    EXPECT_NE(stopped.err.find("--resume goes on"), std::string::npos) << stopped.err;
+    EXPECT_EQ(names(), (std::set<std::string>{"a.pfm", "c.tyn", "scene.json"}));
+  }
+  const Outcome again = run({"render", "scene.json", "--checkpoint", "c.tyn"});
+  EXPECT_EQ(again.code, 2);
+  EXPECT_NE(again.err.find("c.tyn: is there already; add --resume"), std::string::npos)
+      << again.err;
+  const Outcome end = run(arguments);
+  EXPECT_EQ(end.code, 0) << end.err;
+  EXPECT_NE(end.err.find("resume   c.tyn: "), std::string::npos) << end.err;
+  EXPECT_EQ(end.out, whole);
+  EXPECT_EQ(names(), (std::set<std::string>{"a.pfm", "scene.json"})) << "no longer needed";
+}
+
+TEST_F(ResumeTest, GoesOnAfterSigkill) {
+  const std::string whole = run(long_render({})).out;
+  const auto arguments =
+      long_render({"--checkpoint", "c.tyn", "--checkpoint-every", "0", "--resume"});
+  for (const auto delay : {150ms, 400ms, 700ms}) {
+    const pid_t child = start(arguments);
+    wait_for("photons");
+    std::this_thread::sleep_for(delay);
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+  }
+  EXPECT_EQ(run(arguments).out, whole);
+}
+
+TEST_F(ResumeTest, RefusesTheCheckpointOfAnotherScene) {
+  ASSERT_EQ(run({"render", "scene.json", "-o", "c.tyn"}).code, 0);
+  expect_error({"render", "scene.json", "-s", "2", "--checkpoint", "c.tyn", "--resume"}, 4,
+               "c.tyn: cannot be merged with this render: its seed is 1, not 2");
+  std::ofstream(folder_ / "c.tyn") << "no part at all";
+  expect_error({"render", "scene.json", "--checkpoint", "c.tyn", "--resume"}, 4,
+               "c.tyn: it is no part of a render");
+  expect_error({"render", "scene.json", "--resume"}, 2, "--checkpoint FILE is missing");
+}
+
+TEST_F(ResumeTest, ShowsThePictureWhereAskedAndGoesOn) {
+  const std::string whole = run(long_render({})).out;
+  const std::string picture = contents(folder_ / "a.pfm");
+  fs::remove(folder_ / "a.pfm");
+  const pid_t child = start(long_render({}));
+  wait_for("pixels");
+  std::this_thread::sleep_for(300ms);
+  ::kill(child, SIGUSR1);
+  wait_for("written  a.pfm");
+  const std::string so_far = contents(folder_ / "a.pfm");
+  EXPECT_EQ(so_far.size(), picture.size());
+  EXPECT_NE(so_far, picture);
+  EXPECT_EQ(wait(child).out, whole);
+  EXPECT_EQ(contents(folder_ / "a.pfm"), picture);
+}
+
+TEST_F(ResumeTest, EndsAtALimitWithAPicture) {
+  const Outcome limited = run(long_render({"--time-limit", "1s"}, "1e9", "1e6"));
+  EXPECT_EQ(limited.code, 8) << limited.err;
+  EXPECT_NE(limited.err.find("stopped by the limit; what was written has samples 0:"),
+            std::string::npos)
+      << limited.err;
+  EXPECT_TRUE(fs::exists(folder_ / "a.pfm"));
+  const Outcome quiet = run(long_render({"--noise", "0.5", "--report", "r.json"}, "2e6", "400"));
+  EXPECT_EQ(quiet.code, 8) << quiet.err;
+  const std::string report = contents(folder_ / "r.json");
+  EXPECT_NE(report.find("\"complete\": false"), std::string::npos) << report;
+  EXPECT_NE(report.find("\"ranges.samples\": \"0:100\""), std::string::npos) << report;
+  expect_error({"render", "scene.json", "--time-limit", "soon"}, 2, "expected a time such as 90s");
+}
+
+TEST_F(ResumeTest, AddsPartsUp) {
+  const std::vector<std::string> scene{"render", "scene.json", "--samples", "9", "--print-hash"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), scene.begin(), scene.end());
+    return more;
+  };
+  const std::string whole = run(with({"-o", "whole.pfm"})).out;
+  ASSERT_EQ(run(with({"--sample-range", "0:4", "-o", "a.tyn"})).code, 0);
+  ASSERT_EQ(run(with({"--sample-range", "4:9", "-o", "b.tyn"})).code, 0);
+  EXPECT_EQ(run({"merge", "b.tyn", "a.tyn", "-o", "c.pfm", "--print-hash"}).out, whole);
+  EXPECT_EQ(contents(folder_ / "c.pfm"), contents(folder_ / "whole.pfm"));
+
+  ASSERT_EQ(run(with({"--photon-range", "0:333", "-o", "p.tyn"})).code, 0);
+  ASSERT_EQ(run(with({"--photon-range", "333:1000", "-o", "q.tyn"})).code, 0);
+  ASSERT_EQ(run({"merge", "p.tyn", "q.tyn", "-o", "light.tyn"}).code, 0);
+  EXPECT_EQ(run(with({"--illumination", "light.tyn", "-o", "d.pfm"})).out, whole);
+  EXPECT_NE(run({"info", "light.tyn"}).out.find("0:1000 of 1000"), std::string::npos);
+
+  expect_error({"merge", "a.tyn", "a.tyn", "-o", "x.pfm"}, 4, "both have samples 0:");
+  expect_error({"merge", "a.tyn", "-o", "x.pfm"}, 4, "lacks photons");
+  expect_error(with({"--illumination", "p.tyn", "-o", "x.pfm"}), 4, "--allow-gaps");
+  expect_error(with({"--photon-range", "0:9", "-o", "x.pfm"}), 2, "photons alone make no picture");
+  expect_error(with({"--sample-range", "5:4", "-o", "x.tyn"}), 2, "expected A:B with A below B");
+  expect_error(with({"--sample-range", "0:10", "-o", "x.tyn"}), 2, "the scene has 9");
+  EXPECT_EQ(run({"merge", "a.tyn", "-o", "x.pfm", "--allow-gaps"}).code, 0);
+}
+
 TEST_F(CliTest, HasNoCudaDeviceWhereThereIsNone) {
   const Outcome outcome = run({"render", "scene.json", "--device", "cuda:99"});
   EXPECT_EQ(outcome.code, 7);

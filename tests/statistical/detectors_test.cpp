@@ -66,8 +66,9 @@ TEST(DetectorsOfPhotons, find_black_matter_absorb_as_Beer_says) {
   std::vector<double> expected;
   for (int k = 0; k < 20; ++k)
     expected.push_back(200000 * (std::exp(-2 * k / 20.0) - std::exp(-2 * (k + 1) / 20.0)));
-  EXPECT_GT(chi_square_test(counts(result, result.detectors.absorbed_begin(), 20), expected).p,
-            level);
+  EXPECT_GT(
+      chi_square_test(counts(result, result.frame.detectors.absorbed_begin(), 20), expected).p,
+      level);
 }
 
 /// Scattered once in an isotropic slab: what leaves is in closed form; not scattered: Beer.
