@@ -1,5 +1,6 @@
 #include "app/render_command.h"
 
+#include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <new>
 #include <optional>
 #include <string_view>
 #include <system_error>
@@ -22,6 +24,7 @@
 #include "app/merge_command.h"
 #include "app/outputs.h"
 #include "app/progress.h"
+#include "app/ranks.h"
 #include "app/signals.h"
 #include "io/detectors.h"
 #include "io/output_file.h"
@@ -222,9 +225,72 @@ void require_sense(const RenderArguments& arguments, const std::vector<std::stri
                       path));
 }
 
+// ---- Many processes.
+
+/// Tells the other ranks whether there is anything to do: rank 0 alone finds out what is wrong.
+class Go {
+ public:
+  explicit Go(Communicator* ranks) : ranks_(ranks) {}
+  ~Go() { tell(false); }
+  Go(const Go&) = delete;
+  Go& operator=(const Go&) = delete;
+  void give() { tell(true); }
+
+  /// \return what rank 0 says.
+  static bool ask(Communicator& ranks) {
+    char go = 0;
+    ranks.broadcast(&go, 1);
+    return go != 0;
+  }
+
+ private:
+  void tell(bool yes) {
+    char go = yes ? 1 : 0;
+    if (ranks_) ranks_->broadcast(&go, 1);
+    ranks_ = nullptr;
+  }
+
+  Communicator* ranks_;
+};
+
+/// As many as this rank may have of the machine that it shares.
+int threads_of_rank(const RenderArguments& arguments, const Communicator& ranks) {
+  if (arguments.threads > 0) return arguments.threads;
+  cpu_set_t own;
+  const int all = thread_count(0);
+  if (::sched_getaffinity(0, sizeof own, &own) != 0) return all;
+  const int bound = CPU_COUNT(&own);  // by mpirun to some of the processors, or to none
+  return bound < all ? bound : std::max(1, all / ranks.local_size());
+}
+
+/// Works for rank 0 until it needs no more.
+ExitCode help(const RenderArguments& arguments, Communicator& ranks) {
+  ignore_signals();  // rank 0 stops the work
+  std::string problem = "out of memory";
+  ExitCode code = ExitCode::out_of_memory;
+  try {
+    if (!Go::ask(ranks)) return ExitCode::done;
+    const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
+    const std::unique_ptr<Backend> backend =
+        make_backend(parse_device(arguments.device), threads_of_rank(arguments, ranks));
+    serve(file.scene, *backend, ranks);
+    return ExitCode::done;
+  } catch (const Error& error) {
+    problem = error.what();
+    code = error.code();
+  } catch (const std::bad_alloc&) {
+  }
+  say(fmt::format("tyndall: rank {}: {}\n", ranks.rank(), problem));
+  ranks.abort(static_cast<int>(code));
+  return code;
+}
+
 }  // namespace
 
 ExitCode render_command(const RenderArguments& arguments) {
+  const std::unique_ptr<Communicator> ranks = join_ranks();
+  if (ranks && ranks->rank() > 0) return help(arguments, *ranks);
+  Go go(ranks.get());
   // Whatever can be wrong comes to light before the work begins: first the command line, then the
   // scene, then the machine.
   Outputs outputs;
@@ -259,11 +325,18 @@ ExitCode render_command(const RenderArguments& arguments) {
   refuse_ranges_beyond(scene, arguments);
   if (const std::string shortage = memory_shortage(scene); !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
-  const std::unique_ptr<Backend> backend = make_backend(device, arguments.threads);
+  std::unique_ptr<Backend> local =
+      make_backend(device, ranks ? threads_of_rank(arguments, *ranks) : arguments.threads);
 
   catch_signals();  // from here on there are temporaries
   outputs.open();
   if (!arguments.checkpoint.empty()) io::OutputFile(arguments.checkpoint);  // can it be written?
+
+  go.give();
+  Traffic traffic;
+  std::unique_ptr<Backend> distributed;
+  if (ranks) distributed = make_distributed_backend(*local, *ranks, &traffic);
+  Backend& backend = ranks ? *distributed : *local;
 
   std::optional<Renderer> renderer;
   const auto write = [&](RenderResult result) {
@@ -275,11 +348,15 @@ ExitCode render_command(const RenderArguments& arguments) {
         warn(warning);
     const io::Run run{renderer->part(), result, arguments.scene, device.text(), volumes};
     say(io::report_lines(run));
+    if (ranks) {
+      say(fmt::format("ranks    {}: {:.4g} MB told and added up in {:.3g} s, waiting included\n",
+                      ranks->size(), static_cast<double>(traffic.bytes) / 1e6, traffic.seconds));
+    }
     outputs.write(run);
     return result.hashes;
   };
   Watch watch(arguments, write);
-  renderer.emplace(scene, *backend, watch.options());
+  renderer.emplace(scene, backend, watch.options());
   take_up(arguments, *renderer);
   const bool is_done = renderer->run();
   end_patience();

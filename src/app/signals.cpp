@@ -67,6 +67,10 @@ void end_patience() noexcept {
 
 bool take_request_for_picture() noexcept { return wanted.exchange(0) != 0; }
 
+void ignore_signals() {
+  for (int signal : {SIGINT, SIGTERM, SIGHUP, SIGUSR1}) std::signal(signal, SIG_IGN);
+}
+
 void leave_on_signal() noexcept { leaving = 1; }
 
 int caught_signal() noexcept { return caught; }

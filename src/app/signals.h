@@ -10,6 +10,9 @@ namespace tyndall::app {
 /// writing.
 void catch_signals();
 
+/// From here on none of the signals does anything.
+void ignore_signals();
+
 /// From here on the first of the signals leaves at once: what remains are a few renames, each of
 /// them whole.
 void leave_on_signal() noexcept;

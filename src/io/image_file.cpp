@@ -10,7 +10,7 @@
 
 #include <fmt/format.h>
 
-#include "io/oiio_module.h"
+#include "io/module.h"
 #include "io/plugin/oiio.h"
 #include "tyndall/base/math.h"
 #include "tyndall/render/error.h"
@@ -44,8 +44,8 @@ std::shared_ptr<const Image> load_image(const std::string& path) {
   if (!std::filesystem::exists(path, error)) fail(error ? error.message() : "no such file");
   if (!has_reader) fail("this build reads no images: it was made without OpenImageIO");
   std::string problem;
-  const auto read =
-      reinterpret_cast<TyndallReadImage*>(oiio_function("tyndall_read_image_1", problem));
+  const auto read = reinterpret_cast<TyndallReadImage*>(
+      module_function("tyndall_oiio.so", "tyndall_read_image_1", problem));
   if (read == nullptr) fail("images cannot be read: " + problem);
 
   const auto room = [](void* user, int width, int height) {

@@ -402,6 +402,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.background = to_vec3f(scene.background);
   out.film_unit = film_unit(scene, out.components, box);
   out.seed = scene.seed;
+  out.hash = scene_hash(scene);
 
   const auto [cx, cy, cz] =
       out.has_grid ? scene.illumination_resolution : std::array<int, 3>{1, 1, 1};

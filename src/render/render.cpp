@@ -118,7 +118,7 @@ void require_valid(const Scene& scene, std::vector<std::string>& warnings) {
 Frame frame_of(const Scene& scene, const PreparedScene& prepared,
                const std::vector<std::string>& warnings) {
   Frame frame;
-  frame.scene_hash = scene_hash(scene);
+  frame.scene_hash = prepared.hash;
   frame.arithmetic = arithmetic_version;
   frame.seed = scene.seed;
   frame.photons = prepared.emitters.empty() || !prepared.has_grid ? 0 : scene.photons;

@@ -13,6 +13,9 @@
 
 namespace tyndall {
 
+namespace scene {
+struct Scene;
+}
 struct PreparedScene;  // tyndall/render/prepare.h
 struct Account;        // tyndall/transport/ledger.h
 

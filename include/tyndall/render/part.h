@@ -28,7 +28,8 @@ class Ranges {
   Ranges missing(IndexRange whole) const;
   std::uint64_t count() const;
   bool empty() const { return ranges_.empty(); }
-  const std::vector<IndexRange>& list() const { return ranges_; }
+  const std::vector<IndexRange>& list() const& { return ranges_; }
+  void list() && = delete;
   /// "0:4096, 8192:9000"; "none"
   std::string text() const;
   bool operator==(const Ranges& other) const;

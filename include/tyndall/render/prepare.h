@@ -49,7 +49,8 @@ struct PreparedScene {
   int strata = 1;
   float matter_scale = 1;
   std::uint64_t seed = 1;
-  Detectors detectors;  ///< without memory
+  std::uint64_t hash = 0;  ///< see scene_hash()
+  Detectors detectors;     ///< without memory
 
   std::size_t pixels() const {
     return static_cast<std::size_t>(film_width) * static_cast<std::size_t>(film_height);

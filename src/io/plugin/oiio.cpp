@@ -1,4 +1,4 @@
-// The only file with OpenImageIO; built as a module of its own, see io/oiio_module.h.
+// The only file with OpenImageIO; built as a module of its own, see io/module.h.
 #include "io/plugin/oiio.h"
 
 #include <algorithm>
