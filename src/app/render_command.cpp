@@ -310,10 +310,10 @@ ExitCode render_command(const RenderArguments& arguments) {
   }
   outputs.refuse_repeats();
 
-  const auto [scene, warnings, inputs, volumes] =
-      io::read_scene(arguments.scene, arguments.overrides);
-  refuse_inputs(inputs, outputs.paths());
-  for (const std::string& warning : warnings) warn(warning);
+  const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
+  const Scene& scene = file.scene;
+  refuse_inputs(file.inputs, outputs.paths());
+  for (const std::string& warning : file.warnings) warn(warning);
   if (!arguments.detectors.empty() && !detects(scene)) {
     usage_error(
         fmt::format("--detectors {}: the scene has none; add \"detectors\" to it, such as "
@@ -343,10 +343,10 @@ ExitCode render_command(const RenderArguments& arguments) {
     result.picture.provenance = io::provenance(result);
     // The scene's were said with their place in its file.
     for (const std::string& warning : result.warnings)
-      if (std::none_of(warnings.begin(), warnings.end(),
+      if (std::none_of(file.warnings.begin(), file.warnings.end(),
                        [&](const auto& said) { return said.ends_with(warning); }))
         warn(warning);
-    const io::Run run{renderer->part(), result, arguments.scene, device.text(), volumes};
+    const io::Run run{renderer->part(), result, arguments.scene, device.text(), file.volumes};
     say(io::report_lines(run));
     if (ranks) {
       say(fmt::format("ranks    {}: {:.4g} MB told and added up in {:.3g} s, waiting included\n",
