@@ -1,41 +1,102 @@
-// Parts of renders. Half of the inputs get checksums that are right, or nothing else would ever be
-// looked at.
+// Parts of renders. An input is a part before it is compressed: chunks of a name (16 bytes), a
+// length (8) and so many bytes, which get the header and the checksums that they should have; else
+// nothing beyond them would ever be looked at. Inputs that begin as files do are taken as they are.
 #include "io/part_file.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
+#include <algorithm>
 #include <cstring>
+#include <fstream>
+
+#include <zstd.h>
 
 #include "fuzz/fuzz.h"
-#include "tyndall/render/render.h"
+#include "support/scenes.h"
 
 namespace {
 
-/// Makes each chunk's checksum that of its bytes.
-std::string with_checksums(std::string bytes) {
-  for (std::size_t at = 12; at + 40 <= bytes.size();) {
-    std::uint64_t stored = 0;
-    std::memcpy(&stored, &bytes[at + 24], 8);
-    if (stored > bytes.size() - at - 40) break;
-    XXH3_state_t state;
-    XXH3_64bits_reset(&state);
-    XXH3_64bits_update(&state, &bytes[at], 32);
-    XXH3_64bits_update(&state, &bytes[at + 40], stored);
-    const std::uint64_t sum = XXH3_64bits_digest(&state);
-    std::memcpy(&bytes[at + 32], &sum, 8);
+constexpr std::size_t name_size = 16, header = name_size + 8;
+
+std::uint64_t number_at(const std::string& bytes, std::size_t at) {
+  std::uint64_t n = 0;
+  std::memcpy(&n, &bytes[at], 8);
+  return n;
+}
+
+std::string number(std::uint64_t n) { return {reinterpret_cast<const char*>(&n), 8}; }
+
+std::string packed(const std::string& chunks) {
+  std::string file("TYNPART\n\1\0\0\0", 12);
+  for (std::size_t at = 0; at + header <= chunks.size();) {
+    const std::size_t raw =
+        std::min<std::uint64_t>(number_at(chunks, at + name_size), chunks.size() - at - header);
+    std::string stored(ZSTD_compressBound(raw), '\0');
+    stored.resize(ZSTD_compress(stored.data(), stored.size(), &chunks[at + header], raw, 1));
+    const std::string begin = chunks.substr(at, name_size) + number(raw) + number(stored.size());
+    const std::string all = begin + stored;
+    file += begin + number(XXH3_64bits(all.data(), all.size())) + stored;
+    at += header + raw;
+  }
+  return file;
+}
+
+std::string unpacked(const std::string& file) {
+  std::string chunks;
+  for (std::size_t at = 12; at + 40 <= file.size();) {
+    const std::uint64_t raw = number_at(file, at + 16), stored = number_at(file, at + 24);
+    std::string content(raw, '\0');
+    ZSTD_decompress(content.data(), raw, &file[at + 40], stored);
+    chunks += file.substr(at, name_size) + number(raw) + content;
     at += 40 + stored;
   }
-  return bytes;
+  return chunks;
+}
+
+/// A render left in the midst of its samples.
+std::string checkpoint() {
+  using namespace tyndall;
+  Scene scene = test::coloured();
+  scene.photons = 40;
+  scene.samples = 9;
+  scene.illumination_resolution = {2, 2, 2};
+  scene.camera.resolution = {3, 2};
+  scene.detectors.flux = {1, 1};
+  RenderOptions options;
+  options.batch = 2;
+  options.go_on = [](Renderer& r, Moment) {
+    return r.part().samples().count() < 4 || r.part().slice_pixels == 0;
+  };
+  const auto backend = make_cpu_backend(1);
+  Renderer renderer(scene, *backend, options);
+  renderer.run();
+  {
+    io::OutputFile file("/tmp/tyndall-fuzz-seed.tyn");
+    io::write_part(renderer.part(), file);
+    file.commit();
+  }
+  std::ifstream in("/tmp/tyndall-fuzz-seed.tyn", std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 }  // namespace
+
+/// Writes a seed to the folder that TYNDALL_FUZZ_SEEDS names.
+extern "C" int LLVMFuzzerInitialize(int*, char***) {
+  if (const char* folder = std::getenv("TYNDALL_FUZZ_SEEDS")) {
+    const std::string file = checkpoint();
+    std::ofstream(std::string(folder) + "/file", std::ios::binary) << file;
+    std::ofstream(std::string(folder) + "/chunks", std::ios::binary) << unpacked(file);
+  }
+  return 0;
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t size) {
   using namespace tyndall;
   return fuzz::expect_an_error_at_most([&] {
     std::string input(reinterpret_cast<const char*>(bytes), size);
-    if (size % 2 == 0) input = with_checksums(std::move(input));
+    if (!input.starts_with("TYNPART\n")) input = packed(input);
     const Partial part = io::parse_part(input, "part", std::uint64_t{256} << 20);
     if (!part.film.pixels.empty()) develop(part);
     hash_tallies(part);
