@@ -214,12 +214,13 @@ class Renderer::Work {
     seen.photons = part_.replicates[r].photons;
     seen.shot = part_.replicates[r].shot;
     const IndexRange all = part_.frame.samples_of(replicate_);
-    PassRunner gather(options_, "preview", prepared_.pixels());
+    const std::size_t pixels = prepared_.pixels_to_gather();
+    PassRunner gather(options_, "preview", pixels);
     for (std::uint64_t s = all.begin; s < all.end; ++s) {
       gather.run(
-          {0, prepared_.pixels()},
-          [&](IndexRange pixels) {
-            backend_.gather(pixels, {s, 1});
+          {0, pixels},
+          [&](IndexRange range) {
+            backend_.gather(range, {s, 1});
           },
           [&] { return seconds_since(start) < seconds; });
       seen.samples.add({s, s + 1});
@@ -271,8 +272,8 @@ class Renderer::Work {
       gathered += s.end - s.begin - replicate.samples.missing(s).count();
     }
     shoot_.emplace(options_, "photons", photons, shot);
-    gather_.emplace(options_, "pixels", samples * prepared_.pixels(),
-                    gathered * prepared_.pixels());
+    gather_.emplace(options_, "pixels", samples * prepared_.pixels_to_gather(),
+                    gathered * prepared_.pixels_to_gather());
     for (replicate_ = 0; replicate_ < part_.frame.replicates; ++replicate_) {
       if (replicate_ > 0 && !fits(shoot_seconds_)) return false;
       if (!shoot() || !gather()) return false;
@@ -386,13 +387,13 @@ class Renderer::Work {
     const auto start = Clock::now();
     fresh_pixels_ = part_.slice_pixels;
     const std::uint64_t end = gather_->run(
-        {part_.slice_pixels, prepared_.pixels()},
+        {part_.slice_pixels, prepared_.pixels_to_gather()},
         [&](IndexRange batch) {
           backend_.gather(batch, {part_.slice.begin, count});
           fresh_pixels_ = batch.end;
         },
         [&] { return fits(0) && go_on(Moment::batch); }, count);
-    if (end < prepared_.pixels()) return false;
+    if (end < prepared_.pixels_to_gather()) return false;
     const double seconds = seconds_since(start);
     const auto flush_start = Clock::now();
     finish_slice();

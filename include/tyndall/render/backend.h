@@ -55,6 +55,7 @@ class Backend {
   /// Takes the grid that gather() reads; empty for none.
   virtual void illuminate(const std::vector<float>& numerator,
                           const std::vector<float>& denominator) = 0;
+  /// \param pixels of PreparedScene::pixels_to_gather()
   virtual void gather(IndexRange pixels, SampleRange samples) = 0;
   virtual FilmTallies take_film() = 0;  ///< since the last call
 };

@@ -341,6 +341,7 @@ struct GatherPass {
   SampleRange samples;
   Film film;
   Account* account;
+  const std::uint32_t* pixels = nullptr;  ///< which are gathered, in order; null: all
 
   static constexpr Domain domain = Domain::pixel_sample;
 
@@ -361,7 +362,8 @@ struct GatherPass {
 
   /// \return whose random numbers path `index` has.
   TYN_HD std::uint64_t stream(std::uint64_t index) const {
-    return camera.window.stream(index / samples.count, samples.begin + index % samples.count);
+    const std::uint64_t i = index / samples.count;
+    return camera.window.stream(pixels ? pixels[i] : i, samples.begin + index % samples.count);
   }
 
   // What becomes of a sample, for every driver. They return false where it is complete; otherwise
