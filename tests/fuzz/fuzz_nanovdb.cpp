@@ -1,6 +1,6 @@
-// NanoVDB buffers, as the process that reads volumes hands them over, which may itself have been led astray by a file.
-// Even the smallest is 300 kB of mostly nothing, so an input is a list of changes to a ball of matter: where (4 bytes),
-// how many (1), bytes.
+// NanoVDB buffers, as the process that reads volumes hands them over, which may itself have been
+// led astray by a file. Even the smallest is 300 kB of mostly nothing, so an input is a list of
+// changes to a ball of matter: where (4 bytes), how many (1), bytes.
 #include <algorithm>
 #include <cstring>
 
@@ -21,8 +21,8 @@ const nanovdb::GridHandle<>& ball() {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* changes, std::size_t count) {
   using namespace tyndall;
   std::size_t size = ball().size();
-  const std::shared_ptr<std::byte> buffer(static_cast<std::byte*>(std::aligned_alloc(32, (size + 31) / 32 * 32)),
-                                          std::free);
+  const std::shared_ptr<std::byte> buffer(
+      static_cast<std::byte*>(std::aligned_alloc(32, (size + 31) / 32 * 32)), std::free);
   std::memcpy(buffer.get(), ball().data(), size);
   while (count >= 5) {
     std::uint32_t at = 0;
