@@ -119,8 +119,7 @@ class Watch {
     }
     options.time_limit = arguments_.time_limit;
     options.progress = [this](const Progress& progress) {
-      const std::string_view pass = progress.pass;
-      ends_in_order_ = pass == "photons" || pass == "pixels" || pass == "preview";
+      ends_in_order_ = std::string_view(progress.pass) != "bounds";
       meter_.show(progress);
     };
     // Before there is anything to write a signal ends the work in the midst of it.
@@ -328,7 +327,8 @@ ExitCode render_command(const RenderArguments& arguments) {
   std::unique_ptr<Backend> local =
       make_backend(device, ranks ? threads_of_rank(arguments, *ranks) : arguments.threads);
 
-  catch_signals();  // from here on there are temporaries
+  // From here on there are temporaries. What a checkpoint would lose is worth a while.
+  catch_signals(arguments.checkpoint.empty() ? 0.6 : 5.0);
   outputs.open();
   if (!arguments.checkpoint.empty()) io::OutputFile(arguments.checkpoint);  // can it be written?
 

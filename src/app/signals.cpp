@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cmath>
 #include <csignal>
 #include <ctime>
 
@@ -22,7 +23,7 @@ static_assert(std::atomic<int>::is_always_lock_free);
 
 /// Between two photons is too late where one photon walks for minutes.
 timer_t patience;
-constexpr itimerspec as_long = {{0, 0}, {0, 600000000}};
+itimerspec as_long{};
 
 extern "C" void on_signal(int signal) {
   if (caught != 0 || leaving != 0) leave(signal);
@@ -41,7 +42,9 @@ extern "C" void on_request(int) { wanted = 1; }
 
 }  // namespace
 
-void catch_signals() {
+void catch_signals(double seconds) {
+  as_long.it_value.tv_sec = static_cast<time_t>(seconds);
+  as_long.it_value.tv_nsec = static_cast<long>(1e9 * std::fmod(seconds, 1.0));
   struct sigaction timeout {};
   timeout.sa_handler = on_timeout;
   ::sigaction(SIGALRM, &timeout, nullptr);

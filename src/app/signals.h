@@ -5,10 +5,9 @@
 namespace tyndall::app {
 
 /// From here on the first of the signals is noted, for the render to stop in order. Where it has
-/// not stopped after 0.6 s, or at the second signal, the temporaries are removed and the program
-/// leaves at once. SIGPIPE is ignored: a closed pipe is an error of
-/// writing.
-void catch_signals();
+/// not stopped after `patience` [s], or at the second signal, the temporaries are removed and the
+/// program leaves at once. SIGPIPE is ignored: a closed pipe is an error of writing.
+void catch_signals(double patience = 0.6);
 
 /// From here on none of the signals does anything.
 void ignore_signals();

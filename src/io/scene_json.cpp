@@ -753,7 +753,9 @@ const Kind<Scene>& table() {
             group<Scene>(
                 "illumination",
                 {key("resolution", &Scene::illumination_resolution, cells(limits::illumination), "",
-                     "cells"),
+                     "cells; 0: as many as make them 1.75 mean free paths of the densest matter "
+                     "wide, "
+                     "64 to 128 along the longest edge"),
                  key("order", &Scene::illumination_order, integer<int>(limits::order), "",
                      "of the spherical harmonics, -1: 2 unless all scattering is isotropic")},
                 "grid in which the photons leave their light")},

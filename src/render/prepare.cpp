@@ -410,7 +410,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.hash = scene_hash(scene);
 
   const auto [cx, cy, cz] =
-      out.has_grid ? scene.illumination_resolution : std::array<int, 3>{1, 1, 1};
+      out.has_grid ? stored_illumination_resolution(scene) : std::array<int, 3>{1, 1, 1};
   out.cells = {cx,
                cy,
                cz,

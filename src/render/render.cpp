@@ -201,8 +201,10 @@ class Renderer::Work {
   RenderResult preview(double seconds) {
     const auto start = Clock::now();
     flush();
+    is_hurried_ = true;  // whoever stopped the render wants to see it
     measure_matter();
     measure_depth();
+    is_hurried_ = false;
     const auto r = static_cast<std::size_t>(replicate_);
     illuminate(r);
     Partial glance;
@@ -292,11 +294,13 @@ class Renderer::Work {
 
   // ---- The passes.
 
-  void measure_matter() {
-    if (!prepared_.has_grid || !denominator_.empty()) return;
+  /// \return false where go_on ended it.
+  bool measure_matter() {
+    if (!prepared_.has_grid || !denominator_.empty()) return true;
     PassRunner matter(options_, "matter", prepared_.cells.count());
-    matter.run({0, prepared_.cells.count()},
-               [&](IndexRange range) { backend_.measure_matter(range); });
+    if (!measure(matter, matter_done_, prepared_.cells.count(),
+                 [&](IndexRange range) { backend_.measure_matter(range); }))
+      return false;
     const std::vector<std::int64_t> sums = backend_.take_matter();
     Hasher hasher;
     hasher.add_all(sums.data(), sums.size());
@@ -307,14 +311,25 @@ class Renderer::Work {
     part_.matter_hash = hasher.value();
     denominator_ = read_out_matter(prepared_, sums);
     seconds_.matter = matter.seconds();
+    return true;
   }
 
-  void measure_depth() {
-    if (!part_.depth.empty()) return;
+  bool measure_depth() {
+    if (!part_.depth.empty()) return true;
     PassRunner depth(options_, "depth", prepared_.pixels());
-    depth.run({0, prepared_.pixels()}, [&](IndexRange range) { backend_.measure_depth(range); });
+    if (!measure(depth, depth_done_, prepared_.pixels(),
+                 [&](IndexRange range) { backend_.measure_depth(range); }))
+      return false;
     part_.depth = backend_.take_depth();
     seconds_.depth = depth.seconds();
+    return true;
+  }
+
+  /// Goes on from `done`.
+  template <class Pass>
+  bool measure(PassRunner& runner, std::uint64_t& done, std::uint64_t count, const Pass& pass) {
+    done = runner.run({done, count}, pass, [&] { return is_hurried_ || go_on(Moment::batch); });
+    return done == count;
   }
 
   bool shoot() {
@@ -355,8 +370,7 @@ class Renderer::Work {
                   "what was done before keeps no light for the samples that are missing; render "
                   "them apart (--sample-range) and merge");
     }
-    measure_matter();
-    measure_depth();
+    if (!measure_matter() || !measure_depth()) return false;
     illuminate(static_cast<std::size_t>(replicate_));
     for (const IndexRange& range : todo.list()) {
       for (std::uint64_t sample = range.begin; sample < range.end; sample = part_.slice.end)
@@ -495,9 +509,11 @@ class Renderer::Work {
   int replicate_ = 0;     // under way
   Ranges fresh_photons_;  // since the last flush
   std::uint64_t fresh_pixels_ = 0;
-  bool is_broken_ = false;                         // the backend's tallies since the last flush
-  bool is_cut_ = false;                            // photons were left out, for want of time
-  double shoot_seconds_ = 0, sample_seconds_ = 0;  // that they took last
+  bool is_broken_ = false;                          // the backend's tallies since the last flush
+  std::uint64_t matter_done_ = 0, depth_done_ = 0;  // cells, pixels
+  bool is_hurried_ = false;                         // does not ask go_on
+  bool is_cut_ = false;                             // photons were left out, for want of time
+  double shoot_seconds_ = 0, sample_seconds_ = 0;   // that they took last
   std::uint64_t slice_samples_ = 1;
 };
 

@@ -401,7 +401,7 @@ TEST_F(ResumeTest, GoesOnAfterASignalToTheSameEnd) {
     wait_for(pass);
     std::this_thread::sleep_for(100ms);
     ::kill(child, SIGINT);
-    const Outcome stopped = wait(child, 7s);
+    const Outcome stopped = wait(child, 20s);
     EXPECT_EQ(stopped.code, 130) << stopped.err;
     EXPECT_NE(stopped.err.find("--resume goes on"), std::string::npos) << stopped.err;
     EXPECT_EQ(names(), (std::set<std::string>{"a.pfm", "c.tyn", "scene.json"}));
