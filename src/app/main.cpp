@@ -86,8 +86,10 @@ CLI::Validator count(std::uint64_t most = most_count, std::uint64_t least = 0) {
   return count(most, fmt::format("an integer in [{}, {}]", least, most), least);
 }
 
-/// A number whose range the scene's check knows best: here it is only read.
-CLI::Validator count(const Range& range) { return count(most_count, describe(range)); }
+CLI::Validator count(const Range& range) {
+  return count(static_cast<std::uint64_t>(range.high), describe(range),
+               static_cast<std::uint64_t>(range.low));
+}
 
 /// Takes a time, "90s", "5m", "1.5h" or "90", to seconds.
 CLI::Validator duration() {

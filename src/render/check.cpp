@@ -640,8 +640,8 @@ class Checker {
       warning(
           "photons.illumination.resolution",
           fmt::format("cells are {:.3g} mean free paths of medium.components[{}] wide: dark sides "
-                      "may be too bright by half; raise it, or gather.bounces to {}",
-                      paths, i, static_cast<int>(std::ceil(paths / many)) - 1));
+                      "may be too bright by half; raise it, or gather.bounces",
+                      paths, i));
       return;
     }
   }

@@ -240,7 +240,8 @@ TEST_F(CliTest, ConvertsScenes) {
 TEST_F(CliTest, FindsBadInputAndOutputBeforeItRenders) {
   const std::string hours = "100000000000";  // photons: these would not come back in time
   expect_error({"render", "none.json", "--photons", hours}, 4, "none.json");
-  expect_error({"render", "scene.json", "--photons", "0"}, 3, "photons.count");
+  expect_error({"render", "scene.json", "--photons", "0"}, 2,
+               "--photons: expected an integer in [1, 1e+11], got '0'");
   expect_error({"render", "scene.json", "--photons", hours, "-o", "none/a.pfm"}, 5, "none/a.pfm");
   fs::create_directory(folder_ / "folder.pfm");
   expect_error({"render", "scene.json", "--photons", hours, "-o", "folder.pfm"}, 5, "folder");
