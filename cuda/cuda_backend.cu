@@ -239,6 +239,23 @@ class CudaBackend final : public Backend {
 
 }  // namespace
 
+CudaDevices cuda_devices() {
+  CudaDevices devices;
+  int count = 0;
+  if (const cudaError_t status = cudaGetDeviceCount(&count); status != cudaSuccess) {
+    devices.problem = cudaGetErrorString(status);
+    return devices;
+  }
+  for (int device = 0; device < count; ++device) {
+    cudaDeviceProp p;
+    require(cudaGetDeviceProperties(&p, device), "asking for the device's properties");
+    devices.names.push_back(std::string(p.name) + ", " + std::to_string(p.totalGlobalMem >> 20)
+                            + " MiB, sm_" + std::to_string(10 * p.major + p.minor));
+  }
+  if (devices.names.empty()) devices.problem = "no device";
+  return devices;
+}
+
 std::unique_ptr<Backend> make_cuda_backend(int device) {
   return std::make_unique<CudaBackend>(device);
 }

@@ -15,6 +15,7 @@
 
 #include "app/console.h"
 #include "app/convert_command.h"
+#include "app/devices.h"
 #include "app/memory.h"
 #include "app/merge_command.h"
 #include "app/outputs.h"
@@ -171,7 +172,11 @@ int run(int argc, char** argv) {
   render->add_option("-t,--threads", arguments.threads, "Threads (0: all of the machine's)")
       ->type_name("N")
       ->transform(count(4096));
-  render->add_option("--device", arguments.device, "cpu, cuda or cuda:N")->type_name("NAME");
+  render
+      ->add_option(
+          "--device", arguments.device,
+          "auto (a CUDA device where there is one, else the processor), cpu, cuda or cuda:N")
+      ->type_name("NAME");
   render->add_option("--batch", arguments.batch, "Photons or samples at a time; changes no result")
       ->type_name("N")
       ->transform(count());
@@ -258,14 +263,15 @@ int run(int argc, char** argv) {
           fmt::format("Along the longest side of what is sampled ({})", io::default_voxels))
       ->type_name("N")
       ->transform(count(io::most_voxels, io::least_voxels));
+  CLI::App* devices = app.add_subcommand("devices", "Lists what can render");
   CLI::App* schema = app.add_subcommand("schema", "Prints the JSON Schema of scenes");
   CLI::App* defaults =
       app.add_subcommand("defaults", "Prints every key of a scene with its default");
   CLI::App* help = app.add_subcommand("help", "Prints this help, or that of a command");
   std::string topic;
   help->add_option("COMMAND", topic, "")
-      ->check(
-          CLI::IsMember({"render", "merge", "validate", "info", "convert", "schema", "defaults"}));
+      ->check(CLI::IsMember(
+          {"render", "merge", "validate", "info", "convert", "devices", "schema", "defaults"}));
 
   try {
     app.parse(argc, argv);
@@ -296,6 +302,7 @@ int run(int argc, char** argv) {
     if (!told.problem.empty()) throw Error(ExitCode::input_missing, told.problem);
   }
   if (*convert) convert_command(conversion);
+  if (*devices) print(list_devices());
   if (*schema) print(io::schema());
   if (*defaults) print(io::defaults());
   if (*help) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <charconv>
 #include <chrono>
 #include <filesystem>
 #include <functional>
@@ -20,6 +19,7 @@
 #include <fmt/format.h>
 
 #include "app/console.h"
+#include "app/devices.h"
 #include "app/memory.h"
 #include "app/merge_command.h"
 #include "app/outputs.h"
@@ -61,37 +61,6 @@ void refuse_ranges_beyond(const Scene& scene, const RenderArguments& arguments) 
   };
   refuse("--photon-range", arguments.photons, scene.photons, "photons.count");
   refuse("--sample-range", arguments.samples, scene.samples, "gather.samples");
-}
-
-// ---- Devices. ----
-
-struct DeviceName {
-  bool cuda = false;
-  int index = 0;
-
-  std::string text() const { return cuda ? fmt::format("cuda:{}", index) : "cpu"; }
-};
-
-DeviceName parse_device(const std::string& text) {
-  if (text == "cpu") return {};
-  if (text == "cuda") return {true, 0};
-  DeviceName device{true, 0};
-  const char* end = text.data() + text.size();
-  if (text.rfind("cuda:", 0) == 0) {
-    const auto [stop, error] = std::from_chars(text.data() + 5, end, device.index);
-    if (error == std::errc() && stop == end && device.index >= 0) return device;
-  }
-  usage_error(fmt::format("--device: expected cpu, cuda or cuda:N, got '{}'", text));
-}
-
-std::unique_ptr<Backend> make_backend(const DeviceName& device, int threads) {
-  if (!device.cuda) return make_cpu_backend(threads);
-#if TYNDALL_CUDA
-  return make_cuda_backend(device.index);
-#else
-  throw Error(ExitCode::device,
-              fmt::format("--device {}: this build has no CUDA; use --device cpu", device.text()));
-#endif
 }
 
 // ---- One run. ----
@@ -262,6 +231,14 @@ int threads_of_rank(const RenderArguments& arguments, const Communicator& ranks)
   return bound < all ? bound : std::max(1, all / ranks.local_size());
 }
 
+/// Ranks on one machine share its CUDA devices.
+DeviceName device_of_rank(const RenderArguments& arguments, const Communicator& ranks) {
+  DeviceName device = parse_device(arguments.device);
+  if (arguments.device == "cuda")
+    device.index = ranks.local_rank() % std::max(1, cuda_device_count());
+  return device;
+}
+
 /// Works for rank 0 until it needs no more.
 ExitCode help(const RenderArguments& arguments, Communicator& ranks) {
   ignore_signals();  // rank 0 stops the work
@@ -270,9 +247,9 @@ ExitCode help(const RenderArguments& arguments, Communicator& ranks) {
   try {
     if (!Go::ask(ranks)) return ExitCode::done;
     const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
-    const std::unique_ptr<Backend> backend =
-        make_backend(parse_device(arguments.device), threads_of_rank(arguments, ranks));
-    serve(file.scene, *backend, ranks);
+    const Device device =
+        open_device(device_of_rank(arguments, ranks), threads_of_rank(arguments, ranks));
+    serve(file.scene, *device.backend, ranks);
     return ExitCode::done;
   } catch (const Error& error) {
     problem = error.what();
@@ -297,7 +274,8 @@ ExitCode render_command(const RenderArguments& arguments) {
   if (pictures.empty()) pictures.push_back(default_output(arguments.scene));
   for (const std::string& path : pictures) outputs.add(path);
   require_sense(arguments, pictures);
-  const DeviceName device = parse_device(arguments.device);
+  const DeviceName device_name =
+      ranks ? device_of_rank(arguments, *ranks) : parse_device(arguments.device);
   if (!arguments.report.empty()) {
     outputs.add(arguments.report,
                 [](const io::Run& run, io::OutputFile& file) { file.write(io::report_json(run)); });
@@ -324,8 +302,8 @@ ExitCode render_command(const RenderArguments& arguments) {
   refuse_ranges_beyond(scene, arguments);
   if (const std::string shortage = memory_shortage(scene); !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
-  std::unique_ptr<Backend> local =
-      make_backend(device, ranks ? threads_of_rank(arguments, *ranks) : arguments.threads);
+  const int threads = ranks ? threads_of_rank(arguments, *ranks) : arguments.threads;
+  Device device = open_device(device_name, threads);
 
   // From here on there are temporaries. What a checkpoint would lose is worth a while.
   catch_signals(arguments.checkpoint.empty() ? 0.6 : 5.0);
@@ -335,8 +313,7 @@ ExitCode render_command(const RenderArguments& arguments) {
   go.give();
   Traffic traffic;
   std::unique_ptr<Backend> distributed;
-  if (ranks) distributed = make_distributed_backend(*local, *ranks, &traffic);
-  Backend& backend = ranks ? *distributed : *local;
+  if (ranks) distributed = make_distributed_backend(*device.backend, *ranks, &traffic);
 
   std::optional<Renderer> renderer;
   const auto write = [&](RenderResult result) {
@@ -346,7 +323,7 @@ ExitCode render_command(const RenderArguments& arguments) {
       if (std::none_of(file.warnings.begin(), file.warnings.end(),
                        [&](const auto& said) { return said.ends_with(warning); }))
         warn(warning);
-    const io::Run run{renderer->part(), result, arguments.scene, device.text(), file.volumes};
+    const io::Run run{renderer->part(), result, arguments.scene, device.name, file.volumes};
     say(io::report_lines(run));
     if (ranks) {
       say(fmt::format("ranks    {}: {:.4g} MB told and added up in {:.3g} s, waiting included\n",
@@ -356,7 +333,17 @@ ExitCode render_command(const RenderArguments& arguments) {
     return result.hashes;
   };
   Watch watch(arguments, write);
-  renderer.emplace(scene, backend, watch.options());
+  try {
+    renderer.emplace(scene, ranks ? *distributed : *device.backend, watch.options());
+  } catch (const Error& error) {
+    // Not enough memory there, as a rule: before the first photon another device will do.
+    if (error.code() != ExitCode::device || device_name.kind != DeviceName::Kind::automatic
+        || ranks)
+      throw;
+    watch.clear();
+    device = open_device(device_name, threads, error.what());
+    renderer.emplace(scene, *device.backend, watch.options());
+  }
   take_up(arguments, *renderer);
   const bool is_done = renderer->run();
   end_patience();

@@ -19,7 +19,7 @@ struct RenderArguments {
   std::vector<std::string> overrides;  ///< "path=value"
   std::string report;                  ///< file, empty: none
   std::string detectors;               ///< file, empty: none
-  std::string device = "cpu";          ///< "cpu", "cuda", "cuda:1"
+  std::string device = "auto";         ///< "auto", "cpu", "cuda", "cuda:1"
   std::string progress = "auto";       ///< auto, bar, plain, none
   int threads = 0;                     ///< 0: one per hardware thread
   std::uint64_t batch = 0;             ///< 0: the backend's choice

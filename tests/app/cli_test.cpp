@@ -506,4 +506,15 @@ TEST_F(CliTest, HasNoCudaDeviceWhereThereIsNone) {
   EXPECT_EQ(count_lines(outcome.err), 1u) << outcome.err;
 }
 
+TEST_F(CliTest, ListsDevicesAndTakesOne) {
+  const Outcome outcome = run({"devices"});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.out.find("cpu      cpu, "), 0u) << outcome.out;
+  EXPECT_NE(outcome.out.find("\ncuda"), std::string::npos) << outcome.out;
+  const std::string by_cpu = run({"render", "scene.json", "--device", "cpu", "--print-hash"}).out;
+  const Outcome taken = run({"render", "scene.json", "--device", "auto", "--print-hash"});
+  EXPECT_EQ(taken.code, 0) << taken.err;
+  EXPECT_EQ(taken.out, by_cpu);
+}
+
 }  // namespace

@@ -136,6 +136,12 @@ std::unique_ptr<Backend> make_cpu_backend(int threads = 0, const std::string& in
 /// "v4" (AVX-512), "v3" (AVX2), "plain" (what the whole program is compiled for).
 std::vector<std::string> instruction_sets();
 
+struct CudaDevices {
+  std::vector<std::string> names;
+  std::string problem;  ///< why there are none
+};
+/// Those of this machine; defined in cuda/.
+CudaDevices cuda_devices();
 /// One CUDA device; defined in cuda/. \throws Error(device) where there is none.
 std::unique_ptr<Backend> make_cuda_backend(int device = 0);
 
