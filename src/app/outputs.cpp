@@ -88,13 +88,15 @@ void Outputs::add(const std::string& path, Writer writer) {
   outputs_.push_back({path, std::move(writer), std::nullopt});
 }
 
-void Outputs::refuse_repeats() const {
+void Outputs::refuse_repeats(const std::string& checkpoint) const {
+  std::vector<std::string> all = paths();
+  if (!checkpoint.empty()) all.push_back(checkpoint);
   std::vector<fs::path> places;
-  for (const Output& output : outputs_) {
+  for (const std::string& path : all) {
     std::error_code error;
-    fs::path place = fs::weakly_canonical(fs::absolute(output.path), error);
+    fs::path place = fs::weakly_canonical(fs::absolute(path), error);
     if (!error && std::find(places.begin(), places.end(), place) != places.end())
-      usage_error(fmt::format("{}: is asked for twice", output.path));
+      usage_error(fmt::format("{}: is asked for twice", path));
     places.push_back(std::move(place));
   }
 }

@@ -19,8 +19,8 @@ class Outputs {
   /// A file whose name's ending tells its format. \throws Error(usage)
   void add(const std::string& path);
   void add(const std::string& path, Writer writer);
-  /// No output may replace another. \throws Error(usage)
-  void refuse_repeats() const;
+  /// No output may replace another, nor the checkpoint (empty: none). \throws Error(usage)
+  void refuse_repeats(const std::string& checkpoint = {}) const;
   /// \return their names.
   std::vector<std::string> paths() const;
   /// Finds out whether all of them can be written. \throws Error(output_failed)

@@ -285,11 +285,14 @@ ExitCode render_command(const RenderArguments& arguments) {
       file.write(io::detectors_json(run));
     });
   }
-  outputs.refuse_repeats();
+  outputs.refuse_repeats(arguments.checkpoint);
 
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
   const Scene& scene = file.scene;
-  refuse_inputs(file.inputs, outputs.paths());
+  std::vector<std::string> inputs = file.inputs, written = outputs.paths();
+  if (!arguments.illumination.empty()) inputs.push_back(arguments.illumination);
+  if (!arguments.checkpoint.empty()) written.push_back(arguments.checkpoint);
+  refuse_inputs(inputs, written);
   for (const std::string& warning : file.warnings) warn(warning);
   if (!arguments.detectors.empty() && !detects(scene)) {
     usage_error(

@@ -13,7 +13,7 @@ namespace tyndall::app {
 namespace {
 
 // Read by all threads; without locks, as a handler must be.
-std::atomic<int> caught = 0, leaving = 0, wanted = 0;
+std::atomic<int> caught = 0, leaving = 0, wanted = 0, resting = 0;
 static_assert(std::atomic<int>::is_always_lock_free);
 
 [[noreturn]] void leave(int signal) {
@@ -28,7 +28,7 @@ itimerspec as_long{};
 extern "C" void on_signal(int signal) {
   if (caught != 0 || leaving != 0) leave(signal);
   caught = signal;
-  ::timer_settime(patience, 0, &as_long, nullptr);
+  if (resting == 0) ::timer_settime(patience, 0, &as_long, nullptr);
 }
 
 extern "C" void on_timeout(int) {
@@ -64,6 +64,7 @@ void catch_signals(double seconds) {
 }
 
 void end_patience() noexcept {
+  resting = 1;
   constexpr itimerspec never{};
   ::timer_settime(patience, 0, &never, nullptr);
 }

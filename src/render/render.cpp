@@ -176,7 +176,8 @@ class Renderer::Work {
 
   bool run() {
     try {
-      return run_all();
+      run_all();
+      return is_done();
     } catch (...) {  // in the midst of a batch, whose tallies are no whole ones
       is_broken_ = true;
       throw;
@@ -263,7 +264,18 @@ class Renderer::Work {
     return samples.begin == samples.end ? IndexRange{all.begin, all.begin} : all;
   }
 
-  bool run_all() {
+  bool is_done() const {
+    for (int r = 0; r < part_.frame.replicates; ++r) {
+      const Replicate& replicate = part_.replicates[static_cast<std::size_t>(r)];
+      if (!replicate.photons.missing(wanted_photons(r)).empty()
+          || !replicate.samples.missing(wanted_samples(r)).empty())
+        return false;
+    }
+    return true;
+  }
+
+  /// To its end, or until go_on or the time ends it.
+  void run_all() {
     std::uint64_t photons = 0, shot = 0, samples = 0, gathered = 0;
     for (int r = 0; r < part_.frame.replicates; ++r) {
       const Replicate& replicate = part_.replicates[static_cast<std::size_t>(r)];
@@ -277,12 +289,13 @@ class Renderer::Work {
     gather_.emplace(options_, "pixels", samples * prepared_.pixels_to_gather(),
                     gathered * prepared_.pixels_to_gather());
     for (replicate_ = 0; replicate_ < part_.frame.replicates; ++replicate_) {
-      if (replicate_ > 0 && !fits(shoot_seconds_)) return false;
-      if (!shoot() || !gather()) return false;
+      if (replicate_ > 0 && !fits(shoot_seconds_)) break;
+      if (!shoot() || !gather()) break;
       let_light_go();
-      if (!go_on(Moment::replicate)) return false;
+      if (!go_on(Moment::replicate)) break;
     }
-    return !is_cut_;
+    replicate_ = std::min(replicate_, part_.frame.replicates - 1);
+    flush();
   }
 
   bool go_on(Moment moment) { return !options_.go_on || options_.go_on(renderer_, moment); }
@@ -354,7 +367,6 @@ class Renderer::Work {
       close(replicate.shot.ledger);
       if (end == range.end) continue;
       if (has_time || replicate_ > 0) return false;
-      is_cut_ = true;
       break;
     }
     refuse_stalled(replicate.shot.ledger);
@@ -512,7 +524,6 @@ class Renderer::Work {
   bool is_broken_ = false;                          // the backend's tallies since the last flush
   std::uint64_t matter_done_ = 0, depth_done_ = 0;  // cells, pixels
   bool is_hurried_ = false;                         // does not ask go_on
-  bool is_cut_ = false;                             // photons were left out, for want of time
   double shoot_seconds_ = 0, sample_seconds_ = 0;   // that they took last
   std::uint64_t slice_samples_ = 1;
 };

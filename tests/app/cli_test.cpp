@@ -440,6 +440,10 @@ TEST_F(ResumeTest, RefusesTheCheckpointOfAnotherScene) {
   expect_error({"render", "scene.json", "--checkpoint", "c.tyn", "--resume"}, 4,
                "c.tyn: it is no part of a render");
   expect_error({"render", "scene.json", "--resume"}, 2, "--checkpoint FILE is missing");
+  expect_error({"render", "scene.json", "-o", "d.tyn", "--checkpoint", "d.tyn"}, 2,
+               "d.tyn: is asked for twice");
+  expect_error({"render", "scene.json", "--checkpoint", "scene.json", "--resume"}, 2,
+               "scene.json: is the scene itself");
 }
 
 TEST_F(ResumeTest, ShowsThePictureWhereAskedAndGoesOn) {

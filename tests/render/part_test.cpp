@@ -134,6 +134,17 @@ TEST(Parts, a_render_left_anywhere_goes_on_to_the_same_end) {
   }
 }
 
+TEST(Parts, that_nothing_is_missing_of_are_done_whoever_ends_them) {
+  const Scene scene = small();
+  RenderOptions options;
+  options.go_on = [](Renderer& r, Moment moment) {
+    return moment == Moment::batch || r.part().samples().count() < 11;
+  };
+  const auto backend = make_cpu_backend();
+  Renderer renderer(scene, *backend, options);
+  EXPECT_TRUE(renderer.run());
+}
+
 TEST(Parts, are_looked_at_without_harm) {
   const Scene scene = small();
   const RenderResult whole = render(scene, *make_cpu_backend());
