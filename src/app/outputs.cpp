@@ -94,7 +94,8 @@ void Outputs::refuse_repeats(const std::string& checkpoint) const {
   std::vector<fs::path> places;
   for (const std::string& path : all) {
     std::error_code error;
-    fs::path place = fs::weakly_canonical(fs::absolute(path), error);
+    const fs::path from_root = fs::absolute(path, error);
+    fs::path place = error ? fs::path() : fs::weakly_canonical(from_root, error);
     if (!error && std::find(places.begin(), places.end(), place) != places.end())
       usage_error(fmt::format("{}: is asked for twice", path));
     places.push_back(std::move(place));

@@ -22,16 +22,6 @@ IndexRange share(std::uint64_t total, int i, int n) {
   return {at(i), at(i + 1)};
 }
 
-/// Takes the values of `other` where these are none.
-template <class T>
-void add_up(std::vector<T>& sums, std::vector<T>&& other) {
-  if (sums.empty()) {
-    sums = std::move(other);
-  } else {
-    for (std::size_t i = 0; i < other.size(); ++i) sums[i] += other[i];
-  }
-}
-
 [[noreturn]] void refuse(const std::string& a, const std::string& b, const std::string& why) {
   throw Error(ExitCode::input_missing, fmt::format("{}: cannot be merged with {}: {}", b, a, why));
 }
@@ -73,8 +63,8 @@ void merge(Replicate& a, const std::string& name, Replicate&& b, const std::stri
     }
     a.photons.add(b.photons);
     add(a.shot, b.shot);
-    add_up(a.detected, std::move(b.detected));
-    add_up(a.light, std::move(b.light));
+    add_to(a.detected, std::move(b.detected));
+    add_to(a.light, std::move(b.light));
     if (a.light.empty() && a.light_hash == 0) a.light_hash = b.light_hash;
   } else if (a.light.empty()) {
     a.light = std::move(b.light);
@@ -83,18 +73,26 @@ void merge(Replicate& a, const std::string& name, Replicate&& b, const std::stri
     refuse(name, other_name, fmt::format("both have samples {}", twice.text()));
   a.samples.add(b.samples);
   add(a.gathered, b.gathered);
-  add_up(a.film, std::move(b.film));
-}
-
-void merge(FilmTallies& a, FilmTallies&& b) {
-  if (a.pixels.empty()) {
-    a = std::move(b);
-  } else if (!b.pixels.empty()) {
-    a.add(b);
-  }
+  add_to(a.film, std::move(b.film));
 }
 
 }  // namespace
+
+void add_to(std::vector<std::int64_t>& sums, std::vector<std::int64_t>&& more) {
+  if (sums.empty()) {
+    sums = std::move(more);
+  } else {
+    for (std::size_t i = 0; i < more.size(); ++i) sums[i] += more[i];
+  }
+}
+
+void add_to(FilmTallies& sums, FilmTallies&& more) {
+  if (sums.pixels.empty()) {
+    sums = std::move(more);
+  } else {
+    sums.add(more);
+  }
+}
 
 std::uint64_t light_hash(const Replicate& replicate) {
   return replicate.light.empty() ? replicate.light_hash : hash_of(replicate.light);
@@ -220,7 +218,7 @@ void merge(Partial& part, const std::string& name, Partial other, const std::str
     refuse(name, other_name, "it is of other matter");
   for (std::size_t r = 0; r < part.replicates.size(); ++r)
     merge(part.replicates[r], name, std::move(other.replicates[r]), other_name);
-  merge(part.film, std::move(other.film));
+  add_to(part.film, std::move(other.film));
   if (part.matter_hash == 0) part.matter_hash = other.matter_hash;
   if (part.depth.empty()) part.depth = std::move(other.depth);
 }

@@ -485,21 +485,6 @@ class Renderer::Work {
     replicate.light = {};
   }
 
-  static void add_to(std::vector<std::int64_t>& sums, std::vector<std::int64_t>&& more) {
-    if (sums.empty()) {
-      sums = std::move(more);
-    } else {
-      for (std::size_t i = 0; i < more.size(); ++i) sums[i] += more[i];
-    }
-  }
-  static void add_to(FilmTallies& sums, FilmTallies&& more) {
-    if (sums.pixels.empty()) {
-      sums = std::move(more);
-    } else {
-      sums.add(more);
-    }
-  }
-
   PassSeconds seconds() const {
     PassSeconds seconds = seconds_;
     if (shoot_) seconds.photons = shoot_->seconds();

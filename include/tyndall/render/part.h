@@ -105,6 +105,10 @@ struct Partial {
 /// can be merged with, but not gone on from.
 Partial without_light(Partial part);
 
+/// Adds up, or takes `more` where there are no sums yet.
+void add_to(std::vector<std::int64_t>& sums, std::vector<std::int64_t>&& more);
+void add_to(FilmTallies& sums, FilmTallies&& more);
+
 /// Takes up what `other` has. \throws Error(input_missing) where both have the same photons or
 /// samples, or are not of one result; `name` and `other_name` are theirs, for its message.
 void merge(Partial& part, const std::string& name, Partial other, const std::string& other_name);
