@@ -128,7 +128,7 @@ class CliTest : public testing::Test {
   pid_t start_long_render(const std::string& output) const {
     const pid_t child = start(
         {"render", "scene.json", "-o", output, "--photons", "100000000000", "--progress", "plain"});
-    for (int i = 0; i < 5000 && contents(scratch_ / "err").find("photons") == std::string::npos;
+    for (int i = 0; i < 5000 && contents(scratch_ / "err").find("photons  ") == std::string::npos;
          ++i)
       std::this_thread::sleep_for(2ms);
     return child;
@@ -349,7 +349,8 @@ TEST_F(CliTest, StopsWithinASecondInTheMidstOfAPhotonThatWalksForMinutes) {
       start({"render", "scene.json", "-o", "a.pfm", "--progress", "plain", "-D",
              R"(medium.components[0]={"field":{"type":"homogeneous"},"extinction":1e6,"albedo":1})",
              "-D", "lights[0].position=[0.5,0.5,0.5]"});
-  for (int i = 0; i < 5000 && contents(scratch_ / "err").find("photons") == std::string::npos; ++i)
+  for (int i = 0; i < 5000 && contents(scratch_ / "err").find("photons  ") == std::string::npos;
+       ++i)
     std::this_thread::sleep_for(2ms);
   ::kill(child, SIGINT);
   const Outcome outcome = wait(child, 1s);
