@@ -64,6 +64,14 @@ void merge_command(const MergeArguments& arguments) {
     }
     refuse_gaps(sum, name, arguments.allow_gaps, Needs::all);
   }
+  for (const Replicate& r : sum.replicates) {
+    if (sum.film.pixels.empty() || r.photons.empty() || !r.samples.empty()) continue;
+    throw Error(
+        ExitCode::input_missing,
+        fmt::format("{}: no samples read the light of photons {}, which would be lost; merge "
+                    "photons alone, and samples alone",
+                    name, r.photons.text()));
+  }
   RenderResult result = develop(sum);
   result.picture.provenance = io::provenance(result);
   for (const std::string& warning : result.warnings) warn(warning);

@@ -115,6 +115,7 @@ class Watch {
 
   bool go_on(Renderer& renderer, Moment moment) {
     if (caught_signal() != 0) return false;
+    if (moment == Moment::measure) return true;
     if (take_request_for_picture()) {
       meter_.clear();
       try {
@@ -354,7 +355,14 @@ ExitCode render_command(const RenderArguments& arguments) {
   const int signal = caught_signal();
 
   const bool has_checkpoint = !arguments.checkpoint.empty();
-  if (!is_done && has_checkpoint) watch.write_checkpoint(*renderer);
+  if (has_checkpoint) {  // of the end, too: the outputs may yet fail
+    try {
+      watch.write_checkpoint(*renderer);
+    } catch (const Error& error) {
+      if (!is_done) throw;
+      warn(error.what());
+    }
+  }
   const bool shows = renderer->has_picture() || renderer->shoots_only();
   if (!is_done && !shows && signal != 0 && !has_checkpoint) throw Stopped{};
   const Hashes hashes = write(shows ? renderer->result() : renderer->preview(preview_seconds));

@@ -341,7 +341,7 @@ class Renderer::Work {
   /// Goes on from `done`.
   template <class Pass>
   bool measure(PassRunner& runner, std::uint64_t& done, std::uint64_t count, const Pass& pass) {
-    done = runner.run({done, count}, pass, [&] { return is_hurried_ || go_on(Moment::batch); });
+    done = runner.run({done, count}, pass, [&] { return is_hurried_ || go_on(Moment::measure); });
     return done == count;
   }
 
@@ -350,7 +350,9 @@ class Renderer::Work {
     Replicate& replicate = current();
     // Of a first replicate that time ends, half of that is left for its samples.
     const double until = replicate_ == 0 ? seconds_left() / 2 : seconds_left();
-    const Ranges todo = replicate.photons.missing(wanted_photons(replicate_));
+    const IndexRange wanted = wanted_photons(replicate_);
+    if (!replicate.photons.missing(wanted).empty()) forget_samples();
+    const Ranges todo = replicate.photons.missing(wanted);
     for (const IndexRange& range : todo.list()) {
       bool has_time = true;
       const std::uint64_t end = shoot_->run(
@@ -374,9 +376,40 @@ class Renderer::Work {
     return true;
   }
 
+  /// Samples of this replicate that read the light of fewer photons, which a limit of time had left
+  /// out: they are gathered anew.
+  void forget_samples() {
+    Replicate& replicate = current();
+    if (part_.slice_replicate == replicate_) {
+      part_.slice_replicate = -1;
+      part_.slice_film = {};
+      part_.slice_gathered = {};
+      part_.slice_pixels = 0;
+    }
+    if (replicate.samples.empty()) return;
+    if (part_.samples().count() != replicate.samples.count()) {
+      throw Error(ExitCode::input_missing,
+                  fmt::format("what was done before has samples {} of photons {} alone, beside "
+                              "others: render anew",
+                              replicate.samples.text(), replicate.photons.text()));
+    }
+    part_.film = {};
+    replicate.samples = {};
+    replicate.gathered = {};
+    replicate.film = {};
+    if (replicate.light.empty()) replicate = {};  // its light was let go
+  }
+
   bool gather() {
     const Ranges todo = current().samples.missing(wanted_samples(replicate_));
     if (todo.empty()) return true;
+    if (part_.frame.light_words > 0 && part_.frame.photons > 0 && current().photons.empty()) {
+      throw Error(ExitCode::input_missing,
+                  fmt::format("samples {} would read the light of photons {}, and none of these "
+                              "are there: shoot them, too, or leave those samples out "
+                              "(--sample-range)",
+                              todo.text(), Ranges({part_.frame.photons_of(replicate_)}).text()));
+    }
     if (part_.frame.light_words > 0 && !current().photons.empty() && current().light.empty()) {
       throw Error(ExitCode::input_missing,
                   "what was done before keeps no light for the samples that are missing; render "

@@ -151,7 +151,8 @@ TEST(Parts, are_looked_at_without_harm) {
   RenderOptions options;
   options.batch = 16;
   int previews = 0;
-  options.go_on = [&](Renderer& renderer, Moment) {
+  options.go_on = [&](Renderer& renderer, Moment moment) {
+    if (moment == Moment::measure) return true;
     if (renderer.has_picture()) {
       EXPECT_EQ(renderer.result().picture.rgba.size(), 80u);
     } else {
@@ -184,6 +185,36 @@ TEST(Parts, end_with_the_time) {
   ASSERT_EQ(result.samples.list().size(), 1u);
   const Partial again = part_of(scene, {result.photons.list()[0], result.samples.list()[0]});
   EXPECT_TRUE(same(develop(again), result));
+}
+
+TEST(Parts, whose_first_photons_were_cut_by_the_time_go_on_to_the_same_end) {
+  const Scene scene = small();
+  const RenderResult whole = render(scene, *make_cpu_backend());
+  // As a limit of time leaves it: a part of the first replicate's photons, read by its samples.
+  for (const bool keeps_light : {true, false}) {
+    RenderOptions options;
+    options.photons = IndexRange{0, 20};
+    options.samples = IndexRange{0, 1};
+    const auto backend = make_cpu_backend();
+    Renderer cut(scene, *backend, options);
+    ASSERT_TRUE(cut.run());
+    Partial left = cut.part();
+    ASSERT_EQ(left.samples().text(), "0:1");
+    if (keeps_light) {
+      options.samples = {};
+      Renderer light(scene, *backend, options);
+      ASSERT_TRUE(light.run());
+      left.replicates[0].light = light.part().replicates[0].light;
+    }
+    Renderer second(scene, *backend);
+    second.resume(left, "checkpoint");
+    ASSERT_TRUE(second.run());
+    EXPECT_TRUE(same(second.result(), whole)) << keeps_light;
+  }
+}
+
+TEST(Parts, without_photons_of_theirs_are_refused) {
+  EXPECT_THROW(part_of(small(), {IndexRange{0, 200}, IndexRange{0, 11}}), Error);
 }
 
 TEST(Parts, noise_is_that_of_the_picture) {

@@ -28,6 +28,7 @@ class Renderer;
 
 /// When a render may be looked at, or left: its integers are whole then.
 enum class Moment {
+  measure,    ///< matter or depth, often: the render may be left, but not be looked at
   batch,      ///< some photons or samples more, often
   slice,      ///< all pixels have some samples more
   replicate,  ///< one more is done
