@@ -3,9 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <new>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -16,11 +14,11 @@
 #include "app/console.h"
 #include "app/convert_command.h"
 #include "app/devices.h"
+#include "app/failure.h"
 #include "app/memory.h"
 #include "app/merge_command.h"
 #include "app/outputs.h"
 #include "app/render_command.h"
-#include "app/signals.h"
 #include "io/convert.h"
 #include "io/info.h"
 #include "io/scene_json.h"
@@ -93,8 +91,8 @@ CLI::Validator count(const Range& range) {
 }
 
 /// Takes a time, "90s", "5m", "1.5h" or "90", to seconds.
-CLI::Validator duration() {
-  const auto rewrite = [](std::string& text) -> std::string {
+CLI::Validator duration(bool may_be_zero) {
+  const auto rewrite = [=](std::string& text) -> std::string {
     const char* end = text.data() + text.size();
     double value = -1;
     const auto [stop, error] = std::from_chars(text.data(), end, value);
@@ -103,12 +101,27 @@ CLI::Validator duration() {
                          : unit == "m"               ? 60
                          : unit == "h"               ? 3600
                                                      : 0;
-    if (error != std::errc() || scale == 0 || !(value >= 0 && value < 1e12))
-      return fmt::format("expected a time such as 90s, 5m or 1.5h, got '{}'", text);
+    if (error != std::errc() || scale == 0 || !(value >= 0 && value < 1e12)
+        || (value == 0 && !may_be_zero))
+      return fmt::format("expected a time {}such as 90s, 5m or 1.5h, got '{}'",
+                         may_be_zero ? "" : "above 0 ", text);
     text = fmt::format("{}", value * scale);
     return "";
   };
   return {rewrite, ""};
+}
+
+/// Takes a share of a whole, such as 0.01 for 1 %.
+CLI::Validator share() {
+  const auto check = [](const std::string& text) -> std::string {
+    double value = 0;
+    const char* end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    if (error == std::errc() && stop == end && value > 0 && value < 1) return "";
+    return fmt::format("expected a number above 0 and below 1, such as 0.01 for 1 %, got '{}'",
+                       text);
+  };
+  return {check, ""};
 }
 
 /// Reads "A:B", whose numbers may be written as 2e6.
@@ -206,18 +219,18 @@ int run(int argc, char** argv) {
       ->type_name("FILE");
   render->add_option("--checkpoint-every", arguments.checkpoint_every, "How often (60s)")
       ->type_name("TIME")
-      ->transform(duration());
+      ->transform(duration(true));
   render->add_flag("--resume", arguments.resume, "Goes on from the checkpoint, where it is there");
   render
       ->add_option("--time-limit", arguments.time_limit,
                    "Ends the render after 90s, 5m or 1h with the picture so far (exit code 8)")
       ->type_name("TIME")
-      ->transform(duration());
+      ->transform(duration(false));
   render
       ->add_option("--noise", arguments.noise,
                    "Ends it where the relative error by noise is below X, such as 0.01")
       ->type_name("X")
-      ->check(CLI::PositiveNumber);
+      ->check(share());
   add_range("--sample-range", arguments.samples, "These samples alone, of the whole picture");
   add_range("--photon-range", arguments.photons, "These photons alone; with -o FILE.tyn");
   render
@@ -312,13 +325,6 @@ int run(int argc, char** argv) {
   return 0;
 }
 
-int fail(ExitCode code, std::string_view message) {
-  // Messages about a scene start with the place in its file, for editors to jump to.
-  const char* prefix = code == ExitCode::scene_invalid ? "" : "tyndall: ";
-  say(fmt::format("{}{}\n", prefix, message));
-  return static_cast<int>(code);
-}
-
 }  // namespace
 }  // namespace tyndall::app
 
@@ -327,17 +333,7 @@ int main(int argc, char** argv) {
   try {
     app::reserve_standard_streams();
     return app::run(argc, argv);
-  } catch (const Stopped&) {
-    app::say("tyndall: stopped by a signal; nothing was written\n");
-    return 128 + app::caught_signal();
-  } catch (const Error& error) {
-    // A call that a signal cut short fails too; the signal is the reason.
-    const int code = app::fail(error.code(), error.what());
-    return app::caught_signal() != 0 ? 128 + app::caught_signal() : code;
-  } catch (const std::bad_alloc&) {
-    return app::fail(ExitCode::out_of_memory,
-                     "out of memory; lower camera.resolution or the resolutions of the grids");
-  } catch (const std::exception& error) {
-    return app::fail(ExitCode::internal, fmt::format("internal error: {}", error.what()));
+  } catch (...) {
+    return app::tell_failure();
   }
 }

@@ -35,6 +35,30 @@ void refuse_gaps(const Partial& part, const std::string& name, bool allowed, Nee
   warn(problem);
 }
 
+#if TYNDALL_ZSTD
+namespace {
+
+/// \return the sum of all parts. \throws Error that names the two files that do not go together
+Partial sum_of(const std::vector<std::string>& paths) {
+  Partial sum = io::read_part(paths[0], available_memory());
+  for (std::size_t i = 1; i < paths.size(); ++i) {
+    try {
+      merge(sum, "the parts before it", io::read_part(paths[i], available_memory()), paths[i]);
+    } catch (const Error&) {
+      sum = {};
+      for (std::size_t k = 0; k < i; ++k) {  // which of those?
+        Partial other = io::read_part(paths[k], available_memory());
+        merge(other, paths[k], io::read_part(paths[i], available_memory()), paths[i]);
+      }
+      throw;
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+#endif
+
 void merge_command(const MergeArguments& arguments) {
 #if TYNDALL_ZSTD
   Outputs outputs;
@@ -44,16 +68,10 @@ void merge_command(const MergeArguments& arguments) {
   catch_signals();
   leave_on_signal();
   outputs.open();
-  Partial sum;
-  std::string name;  // of what has been added up so far
-  for (const std::string& path : arguments.parts) {
-    Partial part = io::read_part(path, available_memory());
-    if (name.empty())
-      sum = std::move(part);
-    else
-      merge(sum, name, std::move(part), path);
-    name += (name.empty() ? "" : " + ") + path;
-  }
+  const Partial sum = sum_of(arguments.parts);
+  const std::size_t others = arguments.parts.size() - 1;
+  const std::string name =
+      arguments.parts[0] + (others == 0 ? "" : fmt::format(" and {} more", others));
   const std::vector<std::string>& paths = arguments.outputs;
   if (!std::all_of(paths.begin(), paths.end(), is_part)) {
     if (sum.film.pixels.empty()) {

@@ -10,7 +10,6 @@
 #include <functional>
 #include <limits>
 #include <memory>
-#include <new>
 #include <optional>
 #include <string_view>
 #include <system_error>
@@ -20,6 +19,7 @@
 
 #include "app/console.h"
 #include "app/devices.h"
+#include "app/failure.h"
 #include "app/memory.h"
 #include "app/merge_command.h"
 #include "app/outputs.h"
@@ -74,7 +74,7 @@ ProgressStyle progress_style(const std::string& name) {
 /// What is asked of a render while it runs: to be stopped, looked at, written down.
 class Watch {
  public:
-  Watch(const RenderArguments& arguments, const std::function<void(const RenderResult&)>& show)
+  Watch(const RenderArguments& arguments, const std::function<void(RenderResult&)>& show)
       : arguments_(arguments), show_(show), meter_(progress_style(arguments.progress)) {}
 
   RenderOptions options() {
@@ -86,6 +86,7 @@ class Watch {
       options.photons = {0, 0};
       if (!options.samples) options.samples = {0, std::numeric_limits<std::uint64_t>::max()};
     }
+    options.allow_gaps = arguments_.allow_gaps;
     options.time_limit = arguments_.time_limit;
     options.progress = [this](const Progress& progress) {
       ends_in_order_ = std::string_view(progress.pass) != "bounds";
@@ -119,7 +120,9 @@ class Watch {
     if (take_request_for_picture()) {
       meter_.clear();
       try {
-        show_(renderer.has_picture() ? renderer.result() : renderer.preview(preview_seconds));
+        RenderResult result =
+            renderer.has_picture() ? renderer.result() : renderer.preview(preview_seconds);
+        show_(result);
       } catch (const Error& error) {
         warn(error.what());  // the work is not lost by it
       }
@@ -141,7 +144,7 @@ class Watch {
   }
 
   const RenderArguments& arguments_;
-  const std::function<void(const RenderResult&)> show_;
+  const std::function<void(RenderResult&)> show_;
   ProgressMeter meter_;
   std::atomic<bool> ends_in_order_ = false;
   Clock::time_point written_ = Clock::now();
@@ -200,10 +203,16 @@ void require_sense(const RenderArguments& arguments, const std::vector<std::stri
 class Go {
  public:
   explicit Go(Communicator* ranks) : ranks_(ranks) {}
-  ~Go() { tell(false); }
+  ~Go() {
+    if (!is_given_) tell(false);
+  }
   Go(const Go&) = delete;
   Go& operator=(const Go&) = delete;
-  void give() { tell(true); }
+  void give() {
+    tell(true);
+    is_given_ = true;
+  }
+  bool is_given() const { return is_given_; }
 
   /// \return what rank 0 says.
   static bool ask(Communicator& ranks) {
@@ -216,10 +225,10 @@ class Go {
   void tell(bool yes) {
     char go = yes ? 1 : 0;
     if (ranks_) ranks_->broadcast(&go, 1);
-    ranks_ = nullptr;
   }
 
-  Communicator* ranks_;
+  Communicator* const ranks_;
+  bool is_given_ = false;
 };
 
 /// As many as this rank may have of the machine that it shares.
@@ -243,31 +252,16 @@ DeviceName device_of_rank(const RenderArguments& arguments, const Communicator& 
 /// Works for rank 0 until it needs no more.
 ExitCode help(const RenderArguments& arguments, Communicator& ranks) {
   ignore_signals();  // rank 0 stops the work
-  std::string problem = "out of memory";
-  ExitCode code = ExitCode::out_of_memory;
-  try {
-    if (!Go::ask(ranks)) return ExitCode::done;
-    const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
-    const Device device =
-        open_device(device_of_rank(arguments, ranks), threads_of_rank(arguments, ranks));
-    serve(file.scene, *device.backend, ranks);
-    return ExitCode::done;
-  } catch (const Error& error) {
-    problem = error.what();
-    code = error.code();
-  } catch (const std::bad_alloc&) {
-  }
-  say(fmt::format("tyndall: rank {}: {}\n", ranks.rank(), problem));
-  ranks.abort(static_cast<int>(code));
-  return code;
+  if (!Go::ask(ranks)) return ExitCode::done;
+  const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
+  const Device device =
+      open_device(device_of_rank(arguments, ranks), threads_of_rank(arguments, ranks));
+  serve(file.scene, *device.backend, ranks);
+  return ExitCode::done;
 }
 
-}  // namespace
-
-ExitCode render_command(const RenderArguments& arguments) {
-  const std::unique_ptr<Communicator> ranks = join_ranks();
-  if (ranks && ranks->rank() > 0) return help(arguments, *ranks);
-  Go go(ranks.get());
+/// \param ranks null: this process alone
+ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go& go) {
   // Whatever can be wrong comes to light before the work begins: first the command line, then the
   // scene, then the machine.
   Outputs outputs;
@@ -317,10 +311,10 @@ ExitCode render_command(const RenderArguments& arguments) {
   go.give();
   Traffic traffic;
   std::unique_ptr<Backend> distributed;
-  if (ranks) distributed = make_distributed_backend(*device.backend, *ranks, &traffic);
+  if (ranks != nullptr) distributed = make_distributed_backend(*device.backend, *ranks, &traffic);
 
   std::optional<Renderer> renderer;
-  const auto write = [&](RenderResult result) {
+  const auto write = [&](RenderResult& result) {
     result.picture.provenance = io::provenance(result);
     // The scene's were said with their place in its file.
     for (const std::string& warning : result.warnings)
@@ -334,7 +328,6 @@ ExitCode render_command(const RenderArguments& arguments) {
                       ranks->size(), static_cast<double>(traffic.bytes) / 1e6, traffic.seconds));
     }
     outputs.write(run);
-    return result.hashes;
   };
   Watch watch(arguments, write);
   try {
@@ -365,19 +358,43 @@ ExitCode render_command(const RenderArguments& arguments) {
   }
   const bool shows = renderer->has_picture() || renderer->shoots_only();
   if (!is_done && !shows && signal != 0 && !has_checkpoint) throw Stopped{};
-  const Hashes hashes = write(shows ? renderer->result() : renderer->preview(preview_seconds));
-  if (arguments.print_hash)
-    print(fmt::format("tallies {:016x} pixels {:016x}\n", hashes.tallies, hashes.pixels));
+  RenderResult result = shows ? renderer->result() : renderer->preview(preview_seconds);
+  write(result);
+  if (arguments.print_hash) {
+    print(fmt::format("tallies {:016x} pixels {:016x}\n", result.hashes.tallies,
+                      result.hashes.pixels));
+  }
   if (is_done) {
-    if (has_checkpoint) fs::remove(arguments.checkpoint);
+    std::error_code error;
+    if (has_checkpoint && !fs::remove(arguments.checkpoint, error) && error)
+      warn(fmt::format("{}: cannot be removed: {}", arguments.checkpoint, error.message()));
     return ExitCode::done;
   }
   say(fmt::format(
-      "tyndall: stopped by {}; what was written has samples {} of {}{}\n",
-      signal != 0 ? "a signal" : "the limit", renderer->part().samples().text(), scene.samples,
+      "tyndall: stopped by {}; what was written {} photons {} of {} and samples {} of {}{}\n",
+      signal != 0 ? "a signal" : "the limit", result.is_preview ? "is a preview of" : "has",
+      result.photons.text(), result.frame.photons, result.samples.text(), result.frame.samples,
       has_checkpoint ? fmt::format("; --checkpoint {} --resume goes on", arguments.checkpoint)
                      : ""));
   return signal != 0 ? static_cast<ExitCode>(128 + signal) : ExitCode::limit;
+}
+
+}  // namespace
+
+ExitCode render_command(const RenderArguments& arguments) {
+  const std::unique_ptr<Communicator> ranks = join_ranks();
+  Go go(ranks && ranks->rank() == 0 ? ranks.get() : nullptr);
+  if (!ranks) return render_scene(arguments, nullptr, go);
+  const bool is_first = ranks->rank() == 0;
+  try {
+    return is_first ? render_scene(arguments, ranks.get(), go) : help(arguments, *ranks);
+  } catch (...) {
+    if (is_first && !go.is_given()) throw;  // the others hear that there is nothing to do
+    // They may wait for this rank in the midst of a step.
+    const std::string who = is_first ? "" : fmt::format("rank {}: ", ranks->rank());
+    ranks->abort(tell_failure(who));
+    throw;
+  }
 }
 
 }  // namespace tyndall::app

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstring>
+#include <exception>
 #include <utility>
 #include <vector>
 
@@ -49,7 +50,8 @@ class Rank {
   Rank(Backend& local, Communicator& ranks, Traffic* traffic)
       : local_(local), ranks_(ranks), traffic_(traffic) {}
 
-  void load(const PreparedScene& scene, const Stop& stop) {
+  /// \return at rank 0: how many ranks read another scene.
+  std::int64_t load(const PreparedScene& scene, const Stop& stop) {
     local_.load(scene, stop);
     depth_done_ = {};
     // A file that differs from machine to machine would be mixed into one picture.
@@ -57,13 +59,7 @@ class Rank {
     ranks_.broadcast(&first, sizeof first);
     std::int64_t others = first != scene.hash;
     ranks_.add_up(&others, 1);
-    if (ranks_.rank() == 0 && others > 0) {
-      throw Error(
-          ExitCode::scene_invalid,
-          fmt::format("{} of {} ranks read another scene than rank 0: give all machines the "
-                      "same files",
-                      others, ranks_.size()));
-    }
+    return others;
   }
 
   void work(const Command& command) {
@@ -162,14 +158,21 @@ class DistributedBackend final : public Backend {
  public:
   DistributedBackend(Backend& local, Communicator& ranks, Traffic* traffic)
       : rank_(local, ranks, traffic) {}
-  ~DistributedBackend() override { tell(Order::quit); }
+  ~DistributedBackend() override {
+    if (!is_amid_) tell({});
+  }
 
   std::string name() const override { return name_; }
   int threads() const override { return threads_; }
 
   void load(const PreparedScene& scene, const Stop& stop) override {
-    tell(Order::load);
-    rank_.load(scene, stop);
+    if (const std::int64_t others = load_all(scene, stop); others > 0) {
+      throw Error(
+          ExitCode::scene_invalid,
+          fmt::format("{} of {} ranks read another scene than rank 0: give all machines the "
+                      "same files",
+                      others, rank_.ranks().size()));
+    }
   }
   void shoot(IndexRange photons) override { work(Order::shoot, photons); }
   void measure_matter(IndexRange cells) override { work(Order::measure_matter, cells); }
@@ -178,47 +181,64 @@ class DistributedBackend final : public Backend {
     work(Order::gather, pixels, samples);
   }
   std::vector<std::int64_t> take_matter() override {
-    tell(Order::take_matter);
+    const Step step(*this, {Order::take_matter});
     return rank_.add_up(rank_.local().take_matter());
   }
   std::vector<float> take_depth() override {
-    tell(Order::take_depth);
+    const Step step(*this, {Order::take_depth});
     return rank_.add_up_depth();
   }
   std::vector<std::int64_t> take_illumination() override {
-    tell(Order::take_illumination);
+    const Step step(*this, {Order::take_illumination});
     return rank_.add_up(rank_.local().take_illumination());
   }
   std::vector<std::int64_t> take_detectors() override {
-    tell(Order::take_detectors);
+    const Step step(*this, {Order::take_detectors});
     return rank_.add_up(rank_.local().take_detectors());
   }
   Account take_account() override {
-    tell(Order::take_account);
+    const Step step(*this, {Order::take_account});
     return rank_.add_up_account();
   }
   FilmTallies take_film() override {
-    tell(Order::take_film);
+    const Step step(*this, {Order::take_film});
     return rank_.add_up_film();
   }
   void illuminate(const std::vector<float>& numerator,
                   const std::vector<float>& denominator) override {
-    Command command;
-    command.order = Order::illuminate;
-    command.sizes[0] = numerator.size();
-    command.sizes[1] = denominator.size();
-    tell(command);
     numerator_ = numerator;
     denominator_ = denominator;
+    Command command{Order::illuminate};
+    command.sizes[0] = numerator.size();
+    command.sizes[1] = denominator.size();
+    const Step step(*this, command);
     rank_.illuminate(numerator_, denominator_);
   }
 
  private:
+  /// What all ranks do together, rank 0 while this lives. Where it throws there, the others wait
+  /// for it and would take no order to quit: whoever catches that has to abort().
+  class Step {
+   public:
+    Step(DistributedBackend& backend, const Command& command)
+        : backend_(backend), exceptions_(std::uncaught_exceptions()) {
+      backend_.is_amid_ = true;
+      backend_.tell(command);
+    }
+    ~Step() { backend_.is_amid_ = std::uncaught_exceptions() > exceptions_; }
+    Step(const Step&) = delete;
+    Step& operator=(const Step&) = delete;
+
+   private:
+    DistributedBackend& backend_;
+    const int exceptions_;
+  };
+
   void tell(Command command) { rank_.ranks().broadcast(&command, sizeof command); }
-  void tell(Order order) {
-    Command command;
-    command.order = order;
-    tell(command);
+
+  std::int64_t load_all(const PreparedScene& scene, const Stop& stop) {
+    const Step step(*this, {Order::load});
+    return rank_.load(scene, stop);
   }
 
   void work(Order order, IndexRange range, SampleRange samples = {}) {
@@ -227,7 +247,7 @@ class DistributedBackend final : public Backend {
     Command command{order, range, samples, next_ticket_, 1, {}};
     command.chunk = std::max<std::uint64_t>((range.end - range.begin) / shares, 1);
     next_ticket_ += (range.end - range.begin + command.chunk - 1) / command.chunk;
-    tell(command);
+    const Step step(*this, command);
     rank_.work(command);
   }
 
@@ -235,6 +255,7 @@ class DistributedBackend final : public Backend {
   std::string name_ = fmt::format("{} ranks, each {}", rank_.ranks().size(), rank_.local().name());
   int threads_ = rank_.local().threads();
   std::uint64_t next_ticket_ = 0;
+  bool is_amid_ = false;                        // a step, or broken off in one
   std::vector<float> numerator_, denominator_;  // which the local backend reads
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -42,6 +43,13 @@ void require_same(const Frame& a, const std::string& name, const Frame& b,
                        "gather.samples must be the same, too",
                        b.scene_hash, a.scene_hash));
   }
+  // What a hash promises a damaged file need not keep.
+  const auto sizes = [](const Frame& f) {
+    return std::tuple(f.photons, f.samples, f.replicates, f.components, f.width, f.height,
+                      f.light_words, f.groups.size(), f.detectors.count());
+  };
+  if (sizes(a) != sizes(b))
+    refuse(name, other_name, "its sizes are not those of its scene: make it anew");
 }
 
 std::uint64_t hash_of(const std::vector<std::int64_t>& values) {

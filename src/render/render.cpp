@@ -67,7 +67,7 @@ class PassRunner {
 
   void report(std::uint64_t done) const {
     stop_if(options_.stop);
-    if (options_.progress) options_.progress({name_, done, total_});
+    if (options_.progress) options_.progress({name_, std::min(done, total_), total_});
   }
 
   double seconds() const { return seconds_; }
@@ -213,9 +213,12 @@ class Renderer::Work {
     glance.depth = part_.depth;
     glance.matter_hash = part_.matter_hash;
     glance.replicates.resize(part_.replicates.size());
+    const Replicate& lit = part_.replicates[r];
     Replicate& seen = glance.replicates[r];
-    seen.photons = part_.replicates[r].photons;
-    seen.shot = part_.replicates[r].shot;
+    seen.photons = lit.photons;
+    seen.shot = lit.shot;
+    seen.detected = lit.detected;
+    seen.light_hash = light_hash(lit);
     const IndexRange all = part_.frame.samples_of(replicate_);
     const std::size_t pixels = prepared_.pixels_to_gather();
     PassRunner gather(options_, "preview", pixels);
@@ -255,8 +258,17 @@ class Renderer::Work {
   }
   IndexRange wanted_samples(int r) const {
     const IndexRange all = part_.frame.samples_of(r);
+    const IndexRange none{all.begin, all.begin};
+    if (options_.allow_gaps && is_dark(r)) return none;
     if (options_.samples) return common(all, *options_.samples);
-    return options_.photons ? IndexRange{all.begin, all.begin} : all;
+    return options_.photons ? none : all;
+  }
+  /// Whether its samples would find a grid without the light that belongs there.
+  bool is_dark(int r) const {
+    if (part_.frame.light_words == 0 || part_.frame.photons == 0 || !options_.photons) return false;
+    const IndexRange photons = common(part_.frame.photons_of(r), *options_.photons);
+    return photons.begin == photons.end
+           && part_.replicates[static_cast<std::size_t>(r)].photons.empty();
   }
   IndexRange wanted_photons(int r) const {
     const IndexRange all = part_.frame.photons_of(r), samples = wanted_samples(r);
@@ -403,7 +415,7 @@ class Renderer::Work {
   bool gather() {
     const Ranges todo = current().samples.missing(wanted_samples(replicate_));
     if (todo.empty()) return true;
-    if (part_.frame.light_words > 0 && part_.frame.photons > 0 && current().photons.empty()) {
+    if (is_dark(replicate_)) {
       throw Error(ExitCode::input_missing,
                   fmt::format("samples {} would read the light of photons {}, and none of these "
                               "are there: shoot them, too, or leave those samples out "

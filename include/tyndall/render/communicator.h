@@ -37,7 +37,9 @@ struct Traffic {
   double seconds = 0;       ///< in which it did so, waiting for others among them
 };
 
-/// The backend of rank 0. Both must outlive it. The others serve() until it is destroyed.
+/// The backend of rank 0. Both must outlive it. The others serve() until it is destroyed; where one
+/// of its functions has thrown in the midst of what all do together, they do so until they are
+/// aborted.
 std::unique_ptr<Backend> make_distributed_backend(Backend& local, Communicator& ranks,
                                                   Traffic* traffic = nullptr);
 /// What ranks other than 0 do: prepare `scene` and work for rank 0. \throws as render()

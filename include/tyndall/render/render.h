@@ -44,6 +44,8 @@ struct RenderOptions {
   /// Those alone. Photons without samples are only shot; samples without photons have those of
   /// their replicates shot.
   std::optional<IndexRange> photons, samples;
+  /// Samples whose replicate has no photons, where it should, are left out: else they are refused.
+  bool allow_gaps = false;
   /// [s] from the start of the render; photons and samples that do not fit are left out: of the
   /// first replicate half the time is for photons, later ones are begun where their photons fit.
   double time_limit = 0;  ///< 0: none
