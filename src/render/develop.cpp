@@ -104,7 +104,7 @@ RenderResult develop(const Partial& part) {
   for (const Replicate* r : part.counted()) {
     add(shot, r->shot);
     add(gathered, r->gathered);
-    for (std::size_t i = 0; i < r->detected.size(); ++i) result.detected[i] += r->detected[i];
+    add_words(result.detected.data(), r->detected.data(), r->detected.size());
   }
   result.ledger = shot.ledger;
   result.shoot = shot.audit;

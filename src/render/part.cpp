@@ -77,8 +77,6 @@ void merge(Replicate& a, const std::string& name, Replicate&& b, const std::stri
   } else if (a.light.empty()) {
     a.light = std::move(b.light);
   }
-  if (const Ranges twice = a.samples.common(b.samples); !twice.empty())
-    refuse(name, other_name, fmt::format("both have samples {}", twice.text()));
   a.samples.add(b.samples);
   add(a.gathered, b.gathered);
   add_to(a.film, std::move(b.film));
@@ -86,12 +84,18 @@ void merge(Replicate& a, const std::string& name, Replicate&& b, const std::stri
 
 }  // namespace
 
-void add_to(std::vector<std::int64_t>& sums, std::vector<std::int64_t>&& more) {
-  if (sums.empty()) {
-    sums = std::move(more);
-  } else {
-    for (std::size_t i = 0; i < more.size(); ++i) sums[i] += more[i];
+void add_words(std::int64_t* sums, const std::int64_t* more, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) {
+    sums[i] = static_cast<std::int64_t>(static_cast<std::uint64_t>(sums[i])
+                                        + static_cast<std::uint64_t>(more[i]));
   }
+}
+
+void add_to(std::vector<std::int64_t>& sums, std::vector<std::int64_t>&& more) {
+  if (sums.empty())
+    sums = std::move(more);
+  else
+    add_words(sums.data(), more.data(), more.size());
 }
 
 void add_to(FilmTallies& sums, FilmTallies&& more) {
@@ -108,11 +112,11 @@ std::uint64_t light_hash(const Replicate& replicate) {
 
 void FilmTallies::add(const FilmTallies& other) {
   constexpr std::size_t words = sizeof(PixelTally) / sizeof(std::int64_t);
-  auto* to = reinterpret_cast<std::int64_t*>(pixels.data());
-  const auto* from = reinterpret_cast<const std::int64_t*>(other.pixels.data());
-  for (std::size_t i = 0; i < other.pixels.size() * words; ++i) to[i] += from[i];
-  for (std::size_t i = 0; i < other.groups.size(); ++i) groups[i] += other.groups[i];
-  clamped += other.clamped;
+  add_words(reinterpret_cast<std::int64_t*>(pixels.data()),
+            reinterpret_cast<const std::int64_t*>(other.pixels.data()),
+            other.pixels.size() * words);
+  add_words(groups.data(), other.groups.data(), other.groups.size());
+  add_words(&clamped, &other.clamped, 1);
 }
 
 // ---- Ranges
@@ -224,6 +228,11 @@ void merge(Partial& part, const std::string& name, Partial other, const std::str
   require_same(part.frame, name, other.frame, other_name);
   if (part.matter_hash != 0 && other.matter_hash != 0 && part.matter_hash != other.matter_hash)
     refuse(name, other_name, "it is of other matter");
+  Ranges twice;
+  for (std::size_t r = 0; r < part.replicates.size(); ++r)
+    twice.add(part.replicates[r].samples.common(other.replicates[r].samples));
+  if (!twice.empty())
+    refuse(name, other_name, fmt::format("both have samples {}", twice.text()));
   for (std::size_t r = 0; r < part.replicates.size(); ++r)
     merge(part.replicates[r], name, std::move(other.replicates[r]), other_name);
   add_to(part.film, std::move(other.film));
@@ -239,7 +248,7 @@ std::uint64_t hash_tallies(const Partial& part) {
   for (const Replicate* r : part.counted()) {
     if (!r->photons.empty() && part.frame.light_words > 0) hasher.add(light_hash(*r));
     add(shot, r->shot);
-    for (std::size_t i = 0; i < r->detected.size(); ++i) detected[i] += r->detected[i];
+    add_words(detected.data(), r->detected.data(), r->detected.size());
   }
   hasher.add_all(detected.data(), detected.size());
   // Not the audit: how many look-ups and cells a walk took is no part of its result.

@@ -466,7 +466,7 @@ TEST_F(ResumeTest, ShowsThePictureWhereAskedAndGoesOn) {
 TEST_F(ResumeTest, EndsAtALimitWithAPicture) {
   const Outcome limited = run(long_render({"--time-limit", "1s"}, "1e9", "1e6"));
   EXPECT_EQ(limited.code, 8) << limited.err;
-  EXPECT_NE(limited.err.find("stopped by the limit; what was written has samples 0:"),
+  EXPECT_NE(limited.err.find("stopped by the limit; what was written has photons 0:"),
             std::string::npos)
       << limited.err;
   EXPECT_TRUE(fs::exists(folder_ / "a.pfm"));
@@ -475,7 +475,13 @@ TEST_F(ResumeTest, EndsAtALimitWithAPicture) {
   const std::string report = contents(folder_ / "r.json");
   EXPECT_NE(report.find("\"complete\": false"), std::string::npos) << report;
   EXPECT_NE(report.find("\"ranges.samples\": \"0:100\""), std::string::npos) << report;
-  expect_error({"render", "scene.json", "--time-limit", "soon"}, 2, "expected a time such as 90s");
+  const auto refuses = [&](const char* option, const char* value, const char* text) {
+    expect_error({"render", "scene.json", option, value}, 2, text);
+  };
+  refuses("--time-limit", "soon", "expected a time above 0 such as 90s");
+  refuses("--time-limit", "0s", "expected a time above 0 such as 90s");
+  for (const char* noise : {"0", "nan", "1", "1e-400", "0.1x"})
+    refuses("--noise", noise, "expected a number above 0 and below 1");
 }
 
 TEST_F(ResumeTest, AddsPartsUp) {
@@ -497,12 +503,18 @@ TEST_F(ResumeTest, AddsPartsUp) {
   EXPECT_NE(run({"info", "light.tyn"}).out.find("0:1000 of 1000"), std::string::npos);
 
   expect_error({"merge", "a.tyn", "a.tyn", "-o", "x.pfm"}, 4, "both have samples 0:");
+  // Those two, not whatever was merged before.
+  expect_error({"merge", "b.tyn", "a.tyn", "b.tyn", "-o", "x.pfm"}, 4,
+               "b.tyn: cannot be merged with b.tyn: both have samples 4:9");
   expect_error({"merge", "a.tyn", "-o", "x.pfm"}, 4, "lacks photons");
   expect_error(with({"--illumination", "p.tyn", "-o", "x.pfm"}), 4, "--allow-gaps");
   expect_error(with({"--photon-range", "0:9", "-o", "x.pfm"}), 2, "photons alone make no picture");
   expect_error(with({"--sample-range", "5:4", "-o", "x.tyn"}), 2, "expected A:B with A below B");
   expect_error(with({"--sample-range", "0:10", "-o", "x.tyn"}), 2, "the scene has 9");
   EXPECT_EQ(run({"merge", "a.tyn", "-o", "x.pfm", "--allow-gaps"}).code, 0);
+  const Outcome gaps = run(with({"--illumination", "p.tyn", "--allow-gaps", "-o", "x.pfm"}));
+  EXPECT_EQ(gaps.code, 0) << gaps.err;
+  EXPECT_NE(gaps.err.find("p.tyn: lacks photons 333:1000"), std::string::npos) << gaps.err;
 }
 
 TEST_F(CliTest, HasNoCudaDeviceWhereThereIsNone) {

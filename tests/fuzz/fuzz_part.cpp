@@ -54,30 +54,45 @@ std::string unpacked(const std::string& file) {
   return chunks;
 }
 
-/// A render left in the midst of its samples.
-std::string checkpoint() {
-  using namespace tyndall;
-  Scene scene = test::coloured();
+tyndall::Scene small_scene() {
+  tyndall::Scene scene = tyndall::test::coloured();
   scene.photons = 40;
   scene.samples = 9;
   scene.illumination_resolution = {2, 2, 2};
   scene.camera.resolution = {3, 2};
   scene.detectors.flux = {1, 1};
+  return scene;
+}
+
+tyndall::Partial rendered(const tyndall::RenderOptions& options) {
+  using namespace tyndall;
+  const Scene scene = small_scene();
+  const auto backend = make_cpu_backend(1);
+  Renderer renderer(scene, *backend, options);
+  renderer.run();
+  return renderer.part();
+}
+
+/// A render left in the midst of its samples.
+std::string checkpoint() {
+  using namespace tyndall;
   RenderOptions options;
   options.batch = 2;
   options.go_on = [](Renderer& r, Moment) {
     return r.part().samples().count() < 4 || r.part().slice_pixels == 0;
   };
-  const auto backend = make_cpu_backend(1);
-  Renderer renderer(scene, *backend, options);
-  renderer.run();
-  {
-    io::OutputFile file("/tmp/tyndall-fuzz-seed.tyn");
-    io::write_part(renderer.part(), file);
-    file.commit();
-  }
-  std::ifstream in("/tmp/tyndall-fuzz-seed.tyn", std::ios::binary);
+  const std::string path = "/tmp/tyndall-fuzz-seed.tyn";
+  io::OutputFile file(path);
+  io::write_part(rendered(options), file);
+  file.commit();
+  std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), {}};
+}
+
+tyndall::Partial the_rest() {
+  tyndall::RenderOptions options;
+  options.samples = {4, 9};
+  return rendered(options);
 }
 
 }  // namespace
@@ -97,8 +112,12 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
   return fuzz::expect_an_error_at_most([&] {
     std::string input(reinterpret_cast<const char*>(bytes), size);
     if (!input.starts_with("TYNPART\n")) input = packed(input);
-    const Partial part = io::parse_part(input, "part", std::uint64_t{256} << 20);
+    Partial part = io::parse_part(input, "part", std::uint64_t{256} << 20);
     if (!part.film.pixels.empty()) develop(part);
     hash_tallies(part);
+    static const Partial rest = the_rest();  // of the render that the seeds began
+    merge(part, "part", rest, "rest");
+    develop(part);
+    without_light(std::move(part));
   });
 }

@@ -213,6 +213,40 @@ TEST(Parts, whose_first_photons_were_cut_by_the_time_go_on_to_the_same_end) {
   }
 }
 
+TEST(Parts, previews_are_the_picture_of_their_ranges) {
+  Scene scene = small();
+  scene.photons = 40000;  // more than a batch of each replicate
+  const auto backend = make_cpu_backend(2);
+  RenderOptions options;
+  options.batch = 1000;
+  options.go_on = [](Renderer&, Moment) { return false; };
+  Renderer renderer(scene, *backend, options);
+  EXPECT_FALSE(renderer.run());
+  const RenderResult preview = renderer.preview(0.2);
+  EXPECT_EQ(preview.photons.text(), "0:1000");
+  ASSERT_EQ(preview.samples.list().size(), 1u);
+  const Asked ranges{IndexRange{0, 1000}, preview.samples.list()[0]};
+  EXPECT_TRUE(same(develop(part_of(scene, ranges)), preview));
+}
+
+TEST(Parts, without_photons_may_be_left_out) {
+  const Scene scene = small();  // 8 replicates of 50 photons
+  const Partial light =
+      sum({part_of(scene, {IndexRange{0, 100}, {}}), part_of(scene, {IndexRange{150, 400}, {}})});
+  RenderOptions options;
+  options.photons = {0, 0};
+  options.samples = {0, 11};
+  options.allow_gaps = true;
+  const auto backend = make_cpu_backend(2);
+  Renderer renderer(scene, *backend, options);
+  renderer.resume(light, "light");
+  EXPECT_TRUE(renderer.run());
+  const Partial& part = renderer.part();
+  EXPECT_EQ(part.samples().missing({0, 11}).text(), Ranges({part.frame.samples_of(2)}).text());
+  EXPECT_EQ(part.photons().text(), "0:100, 150:400");
+  EXPECT_FALSE(renderer.result().is_complete);
+}
+
 TEST(Parts, without_photons_of_theirs_are_refused) {
   EXPECT_THROW(part_of(small(), {IndexRange{0, 200}, IndexRange{0, 11}}), Error);
 }
@@ -288,6 +322,21 @@ std::vector<IndexRange> cut(std::uint64_t n, int most) {
   for (std::size_t i = ranges.size(); i > 1; --i)
     std::swap(ranges[i - 1], ranges[*rc::gen::inRange<std::size_t>(0, i)]);
   return ranges;
+}
+
+TEST(Parts, whose_sizes_are_not_what_their_hash_promises_are_refused) {
+  const Partial a = part_of(small(), {{}, IndexRange{0, 4}});
+  const Partial b = part_of(small(), {{}, IndexRange{4, 11}});
+  const auto expect_refused = [&](const auto& change) {
+    Partial sum = a, other = b;
+    change(other.frame);
+    EXPECT_THROW(merge(sum, "a", other, "b"), Error);
+  };
+  expect_refused([](Frame& f) { f.width = 6; });
+  expect_refused([](Frame& f) { f.replicates = 7; });
+  expect_refused([](Frame& f) { f.light_words += 1; });
+  expect_refused([](Frame& f) { f.groups.push_back("more"); });
+  expect_refused([](Frame& f) { f.detectors.nx = 1; });
 }
 
 TEST(Parts, any_split_in_any_order_of_photons_and_of_samples_gives_one_hash) {

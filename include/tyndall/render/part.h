@@ -105,6 +105,8 @@ struct Partial {
 /// can be merged with, but not gone on from.
 Partial without_light(Partial part);
 
+/// Adds `count` values up, modulo 2^64: those of a damaged part may be any.
+void add_words(std::int64_t* sums, const std::int64_t* more, std::size_t count);
 /// Adds up, or takes `more` where there are no sums yet.
 void add_to(std::vector<std::int64_t>& sums, std::vector<std::int64_t>&& more);
 void add_to(FilmTallies& sums, FilmTallies&& more);
