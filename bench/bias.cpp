@@ -13,6 +13,7 @@
 #include <CLI/CLI.hpp>
 
 #include "io/scene_json.h"
+#include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
 
@@ -178,7 +179,7 @@ int run(int argc, char** argv) {
     scene.samples = options.samples;
     scene.photons = options.photons;
     scene.seed += static_cast<std::uint64_t>(options.seeds);
-    const std::array<int, 3> own = scene.illumination_resolution;
+    const std::array<int, 3> own = stored_illumination_resolution(scene);
     for (const int grid : options.grids) {
       scene.illumination_resolution = grid > 0 ? grid_of(scene, grid) : own;
       for (const int bounces : options.bounces) {

@@ -128,6 +128,8 @@ class CudaBackend final : public Backend {
     std::vector<DirectLight> direct = scene.direct_lights;
     for (DirectLight& light : direct) light.sky.relocate(to_device);
     direct_lights_ = {keep(direct.data(), direct.size()), static_cast<int>(direct.size())};
+    const std::vector<std::uint32_t>& bright = scene.bright_pixels;
+    bright_pixels_ = bright.empty() ? nullptr : keep(bright.data(), bright.size());
     illumination_ =
         Buffer<std::int64_t>(scene.cells.count() * static_cast<std::size_t>(scene.cells.moments()));
     matter_ = Buffer<std::int64_t>(scene.cells.count());
@@ -191,7 +193,7 @@ class CudaBackend final : public Backend {
               Film{scene_->film_width, scene_->film_height, scene_->film_unit, pixels_.data(),
                    clamped_.data(), scene_->groups.empty() ? nullptr : groups_.data(),
                    static_cast<int>(scene_->groups.size())},
-              account_.data()},
+              account_.data(), bright_pixels_},
           {pixels.begin * samples.count, pixels.end * samples.count}, stop_);
     });
   }
@@ -227,6 +229,7 @@ class CudaBackend final : public Backend {
   Lights lights_;
   DirectLights direct_lights_;
   IlluminationField field_;
+  const std::uint32_t* bright_pixels_ = nullptr;
   std::vector<std::shared_ptr<void>> arrays_;
   Buffer<std::int64_t> illumination_, matter_, detectors_, clamped_, groups_;
   Buffer<float> numerator_, denominator_, depth_;
@@ -235,6 +238,23 @@ class CudaBackend final : public Backend {
 };
 
 }  // namespace
+
+CudaDevices cuda_devices() {
+  CudaDevices devices;
+  int count = 0;
+  if (const cudaError_t status = cudaGetDeviceCount(&count); status != cudaSuccess) {
+    devices.problem = cudaGetErrorString(status);
+    return devices;
+  }
+  for (int device = 0; device < count; ++device) {
+    cudaDeviceProp p;
+    require(cudaGetDeviceProperties(&p, device), "asking for the device's properties");
+    devices.names.push_back(std::string(p.name) + ", " + std::to_string(p.totalGlobalMem >> 20)
+                            + " MiB, sm_" + std::to_string(10 * p.major + p.minor));
+  }
+  if (devices.names.empty()) devices.problem = "no device";
+  return devices;
+}
 
 std::unique_ptr<Backend> make_cuda_backend(int device) {
   return std::make_unique<CudaBackend>(device);

@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/console.h"
-#include "app/render_command.h"
+#include "app/outputs.h"
 #include "app/signals.h"
 #include "io/convert.h"
 #include "io/output_file.h"

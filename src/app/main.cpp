@@ -3,8 +3,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <new>
-#include <stdexcept>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,9 +13,12 @@
 
 #include "app/console.h"
 #include "app/convert_command.h"
+#include "app/devices.h"
+#include "app/failure.h"
 #include "app/memory.h"
+#include "app/merge_command.h"
+#include "app/outputs.h"
 #include "app/render_command.h"
-#include "app/signals.h"
 #include "io/convert.h"
 #include "io/info.h"
 #include "io/scene_json.h"
@@ -34,6 +36,8 @@ constexpr const char* examples = R"(Examples:
   tyndall validate cloud.json                        finds every error of a scene
   tyndall info smoke.vdb                             lists grids, and what a scene writes to use them
   tyndall convert cloud.json -o cloud.py             the scene for Mitsuba 3; cloud.pbrt: for pbrt-v4
+  tyndall render cloud.json --checkpoint cloud.tyn --resume     goes on after a crash or Ctrl-C
+  tyndall merge a.tyn b.tyn -o cloud.exr             adds up parts (--sample-range A:B -o a.tyn)
   tyndall defaults                                   lists every key of a scene with its default
 
 )";
@@ -81,8 +85,59 @@ CLI::Validator count(std::uint64_t most = most_count, std::uint64_t least = 0) {
   return count(most, fmt::format("an integer in [{}, {}]", least, most), least);
 }
 
-/// A number whose range the scene's check knows best: here it is only read.
-CLI::Validator count(const Range& range) { return count(most_count, describe(range)); }
+CLI::Validator count(const Range& range) {
+  return count(static_cast<std::uint64_t>(range.high), describe(range),
+               static_cast<std::uint64_t>(range.low));
+}
+
+/// Takes a time, "90s", "5m", "1.5h" or "90", to seconds.
+CLI::Validator duration(bool may_be_zero) {
+  const auto rewrite = [=](std::string& text) -> std::string {
+    const char* end = text.data() + text.size();
+    double value = -1;
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    const std::string_view unit(stop, static_cast<std::size_t>(end - stop));
+    const double scale = unit.empty() || unit == "s" ? 1
+                         : unit == "m"               ? 60
+                         : unit == "h"               ? 3600
+                                                     : 0;
+    if (error != std::errc() || scale == 0 || !(value >= 0 && value < 1e12)
+        || (value == 0 && !may_be_zero))
+      return fmt::format("expected a time {}such as 90s, 5m or 1.5h, got '{}'",
+                         may_be_zero ? "" : "above 0 ", text);
+    text = fmt::format("{}", value * scale);
+    return "";
+  };
+  return {rewrite, ""};
+}
+
+/// Takes a share of a whole, such as 0.01 for 1 %.
+CLI::Validator share() {
+  const auto check = [](const std::string& text) -> std::string {
+    double value = 0;
+    const char* end = text.data() + text.size();
+    const auto [stop, error] = std::from_chars(text.data(), end, value);
+    if (error == std::errc() && stop == end && value > 0 && value < 1) return "";
+    return fmt::format("expected a number above 0 and below 1, such as 0.01 for 1 %, got '{}'",
+                       text);
+  };
+  return {check, ""};
+}
+
+/// Reads "A:B", whose numbers may be written as 2e6.
+IndexRange read_range(const std::string& option, const std::string& text) {
+  const std::size_t colon = text.find(':');
+  std::string begin = text.substr(0, colon),
+              end = colon == std::string::npos ? "" : text.substr(colon + 1);
+  const CLI::Validator number = count();
+  if (!number(begin).empty() || !number(end).empty() || std::stoull(begin) >= std::stoull(end)) {
+    throw Error(ExitCode::usage,
+                fmt::format("{}: expected A:B with A below B, the first and one beyond the last, "
+                            "got '{}'",
+                            option, text));
+  }
+  return {std::stoull(begin), std::stoull(end)};
+}
 
 /// An option that sets the scene's `key`. CLI11 handles options in the order of their definition,
 /// so these come after -D and win over it.
@@ -130,7 +185,11 @@ int run(int argc, char** argv) {
   render->add_option("-t,--threads", arguments.threads, "Threads (0: all of the machine's)")
       ->type_name("N")
       ->transform(count(4096));
-  render->add_option("--device", arguments.device, "cpu, cuda or cuda:N")->type_name("NAME");
+  render
+      ->add_option(
+          "--device", arguments.device,
+          "auto (a CUDA device where there is one, else the processor), cpu, cuda or cuda:N")
+      ->type_name("NAME");
   render->add_option("--batch", arguments.batch, "Photons or samples at a time; changes no result")
       ->type_name("N")
       ->transform(count());
@@ -148,12 +207,57 @@ int run(int argc, char** argv) {
   render->add_flag("--print-hash", arguments.print_hash,
                    "Prints the hashes of tallies and pixels, equal on every machine");
 
+  const auto add_range = [&](const char* flag, std::optional<IndexRange>& range, const char* help) {
+    render
+        ->add_option_function<std::string>(
+            flag, [&range, flag](const std::string& text) { range = read_range(flag, text); }, help)
+        ->type_name("A:B");
+  };
+  render
+      ->add_option("--checkpoint", arguments.checkpoint,
+                   "Keeps what is done in FILE while the render runs")
+      ->type_name("FILE");
+  render->add_option("--checkpoint-every", arguments.checkpoint_every, "How often (60s)")
+      ->type_name("TIME")
+      ->transform(duration(true));
+  render->add_flag("--resume", arguments.resume, "Goes on from the checkpoint, where it is there");
+  render
+      ->add_option("--time-limit", arguments.time_limit,
+                   "Ends the render after 90s, 5m or 1h with the picture so far (exit code 8)")
+      ->type_name("TIME")
+      ->transform(duration(false));
+  render
+      ->add_option("--noise", arguments.noise,
+                   "Ends it where the relative error by noise is below X, such as 0.01")
+      ->type_name("X")
+      ->check(share());
+  add_range("--sample-range", arguments.samples, "These samples alone, of the whole picture");
+  add_range("--photon-range", arguments.photons, "These photons alone; with -o FILE.tyn");
+  render
+      ->add_option("--illumination", arguments.illumination,
+                   "Gathers from the light of this part and shoots nothing")
+      ->type_name("FILE");
+  render->add_flag("--allow-gaps", arguments.allow_gaps, "... even if photons are missing in it");
+
+  MergeArguments merging;
+  CLI::App* merge = app.add_subcommand("merge", "Adds up parts of a render, exactly");
+  merge->add_option("PART", merging.parts, "Parts (.tyn), in any order")->required()->type_name("");
+  merge
+      ->add_option("-o,--output", merging.outputs,
+                   "Part or picture to write (" + known_formats() + "); may be repeated")
+      ->required()
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  merge->add_flag("--allow-gaps", merging.allow_gaps, "Makes a picture of what is there");
+  merge->add_flag("--print-hash", merging.print_hash, "Prints the hashes of tallies and pixels");
+
   CLI::App* validate = app.add_subcommand("validate", "Finds every error of a scene");
   add_scene(*validate, arguments.scene, arguments.overrides);
-  CLI::App* info = app.add_subcommand("info", "Tells what is in a volume, mesh, scene or picture");
+  CLI::App* info =
+      app.add_subcommand("info", "Tells what is in a volume, mesh, scene, picture or part");
   std::string described;
   bool as_json = false;
-  info->add_option("FILE", described, ".vdb, .nvdb, .obj, .json or .exr")
+  info->add_option("FILE", described, ".vdb, .nvdb, .obj, .json, .exr or .tyn")
       ->required()
       ->type_name("");
   info->add_flag("--json", as_json, "The same as JSON");
@@ -172,13 +276,15 @@ int run(int argc, char** argv) {
           fmt::format("Along the longest side of what is sampled ({})", io::default_voxels))
       ->type_name("N")
       ->transform(count(io::most_voxels, io::least_voxels));
+  CLI::App* devices = app.add_subcommand("devices", "Lists what can render");
   CLI::App* schema = app.add_subcommand("schema", "Prints the JSON Schema of scenes");
   CLI::App* defaults =
       app.add_subcommand("defaults", "Prints every key of a scene with its default");
   CLI::App* help = app.add_subcommand("help", "Prints this help, or that of a command");
   std::string topic;
   help->add_option("COMMAND", topic, "")
-      ->check(CLI::IsMember({"render", "validate", "info", "convert", "schema", "defaults"}));
+      ->check(CLI::IsMember(
+          {"render", "merge", "validate", "info", "convert", "devices", "schema", "defaults"}));
 
   try {
     app.parse(argc, argv);
@@ -194,7 +300,8 @@ int run(int argc, char** argv) {
 
   if (app.get_subcommands().empty())
     throw Error(ExitCode::usage, "a command is missing (see `tyndall help`)");
-  if (*render) render_command(arguments);
+  if (*render) return static_cast<int>(render_command(arguments));
+  if (*merge) merge_command(merging);
   if (*validate) {
     const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
     for (const std::string& warning : file.warnings) warn(warning);
@@ -208,6 +315,7 @@ int run(int argc, char** argv) {
     if (!told.problem.empty()) throw Error(ExitCode::input_missing, told.problem);
   }
   if (*convert) convert_command(conversion);
+  if (*devices) print(list_devices());
   if (*schema) print(io::schema());
   if (*defaults) print(io::defaults());
   if (*help) {
@@ -215,13 +323,6 @@ int run(int argc, char** argv) {
     print(examples + (topic.empty() ? app.help() : app.get_subcommand(topic)->help("tyndall")));
   }
   return 0;
-}
-
-int fail(ExitCode code, std::string_view message) {
-  // Messages about a scene start with the place in its file, for editors to jump to.
-  const char* prefix = code == ExitCode::scene_invalid ? "" : "tyndall: ";
-  say(fmt::format("{}{}\n", prefix, message));
-  return static_cast<int>(code);
 }
 
 }  // namespace
@@ -232,17 +333,7 @@ int main(int argc, char** argv) {
   try {
     app::reserve_standard_streams();
     return app::run(argc, argv);
-  } catch (const Stopped&) {
-    app::say("tyndall: stopped by a signal; nothing was written\n");
-    return 128 + app::caught_signal();
-  } catch (const Error& error) {
-    // A call that a signal cut short fails too; the signal is the reason.
-    const int code = app::fail(error.code(), error.what());
-    return app::caught_signal() != 0 ? 128 + app::caught_signal() : code;
-  } catch (const std::bad_alloc&) {
-    return app::fail(ExitCode::out_of_memory,
-                     "out of memory; lower camera.resolution or the resolutions of the grids");
-  } catch (const std::exception& error) {
-    return app::fail(ExitCode::internal, fmt::format("internal error: {}", error.what()));
+  } catch (...) {
+    return app::tell_failure();
   }
 }

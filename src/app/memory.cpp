@@ -53,9 +53,10 @@ std::uint64_t address_space() {
 
 }  // namespace
 
+std::uint64_t available_memory() { return std::min({machine(), control_group(), address_space()}); }
+
 std::string memory_shortage(const Scene& scene) {
-  const std::uint64_t needed = memory_needed(scene);
-  const std::uint64_t available = std::min({machine(), control_group(), address_space()});
+  const std::uint64_t needed = memory_needed(scene), available = available_memory();
   if (needed <= available) return "";
   constexpr double gibibyte = 1024.0 * 1024.0 * 1024.0;
   return fmt::format(

@@ -1,14 +1,18 @@
 /// \file
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "tyndall/render/scene.h"
 
 namespace tyndall::app {
 
-/// \return what to say of a scene that needs more memory than this process can still get, as the
-/// machine, the control group and the limits of the shell (ulimit -v) have it; empty if there is
+/// \return [byte] that this process can still get, as the machine, the control group and the limits
+/// of the shell (ulimit -v) have it.
+std::uint64_t available_memory();
+
+/// \return what to say of a scene that needs more memory than that; empty if there is
 /// enough.
 std::string memory_shortage(const Scene& scene);
 

@@ -1,37 +1,41 @@
 #include "app/render_command.h"
 
+#include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cctype>
-#include <charconv>
+#include <atomic>
+#include <chrono>
 #include <filesystem>
 #include <functional>
+#include <limits>
 #include <memory>
+#include <optional>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include "app/console.h"
+#include "app/devices.h"
+#include "app/failure.h"
 #include "app/memory.h"
+#include "app/merge_command.h"
+#include "app/outputs.h"
 #include "app/progress.h"
+#include "app/ranks.h"
 #include "app/signals.h"
 #include "io/detectors.h"
 #include "io/output_file.h"
-#include "io/pfm.h"
 #include "io/report.h"
 #include "io/scene_json.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
-#if TYNDALL_OPENEXR
-#include "io/exr.h"
-#endif
-#if TYNDALL_OPENIMAGEIO
-#include "io/png.h"
+#if TYNDALL_ZSTD
+#include "io/part_file.h"
 #endif
 
 namespace tyndall::app {
@@ -41,91 +45,22 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void usage_error(const std::string& message) { throw Error(ExitCode::usage, message); }
 
-// ---- Picture formats. ----
-
-using Encoder = std::function<std::string(const io::Run&)>;
-
-struct Format {
-  const char* extension;
-  Encoder (*make_encoder)();  // finds out whether it can work
-};
-
-const Format formats[] = {
-#if TYNDALL_OPENEXR
-    {".exr",
-     []() -> Encoder {
-       return [](const io::Run& run) { return io::encode_exr(run.result.picture); };
-     }},
-#endif
-#if TYNDALL_OPENIMAGEIO
-    {".png",
-     []() -> Encoder {
-       return [png = io::PngEncoder()](const io::Run& run) {
-         return png.encode(run.result.picture, run.scene.exposure);
-       };
-     }},
-#endif
-    {".pfm",
-     []() -> Encoder {
-       return [](const io::Run& run) { return io::encode_pfm(run.result.picture); };
-     }},
-};
-
-const Format& format_of(const std::string& path) {
-  std::string extension = fs::path(path).extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  for (const Format& format : formats)
-    if (extension == format.extension) return format;
-  usage_error(fmt::format("{}: this build writes no '{}' pictures, only {}", path, extension,
-                          known_formats()));
-}
+constexpr double preview_seconds = 5;
 
 std::string default_output(const std::string& scene) {
-  return fs::path(scene).stem().string() + formats[0].extension;
+  return fs::path(scene).stem().string() + default_extension();
 }
 
-/// No output may replace another.
-void refuse_repeats(const std::vector<std::string>& outputs) {
-  std::vector<fs::path> places;
-  for (const std::string& path : outputs) {
-    std::error_code error;
-    fs::path place = fs::weakly_canonical(fs::absolute(path), error);
-    if (!error && std::find(places.begin(), places.end(), place) != places.end())
-      usage_error(fmt::format("{}: is asked for twice", path));
-    places.push_back(std::move(place));
-  }
-}
-
-// ---- Devices. ----
-
-struct DeviceName {
-  bool cuda = false;
-  int index = 0;
-
-  std::string text() const { return cuda ? fmt::format("cuda:{}", index) : "cpu"; }
-};
-
-DeviceName parse_device(const std::string& text) {
-  if (text == "cpu") return {};
-  if (text == "cuda") return {true, 0};
-  DeviceName device{true, 0};
-  const char* end = text.data() + text.size();
-  if (text.rfind("cuda:", 0) == 0) {
-    const auto [stop, error] = std::from_chars(text.data() + 5, end, device.index);
-    if (error == std::errc() && stop == end && device.index >= 0) return device;
-  }
-  usage_error(fmt::format("--device: expected cpu, cuda or cuda:N, got '{}'", text));
-}
-
-std::unique_ptr<Backend> make_backend(const DeviceName& device, int threads) {
-  if (!device.cuda) return make_cpu_backend(threads);
-#if TYNDALL_CUDA
-  return make_cuda_backend(device.index);
-#else
-  throw Error(ExitCode::device,
-              fmt::format("--device {}: this build has no CUDA; use --device cpu", device.text()));
-#endif
+/// Ranges that are not there would give a part of nothing.
+void refuse_ranges_beyond(const Scene& scene, const RenderArguments& arguments) {
+  const auto refuse = [](const char* option, const std::optional<IndexRange>& range,
+                         std::uint64_t count, const char* key) {
+    if (!range || range->end <= count) return;
+    usage_error(fmt::format("{} {}:{}: the scene has {} ({})", option, range->begin, range->end,
+                            count, key));
+  };
+  refuse("--photon-range", arguments.photons, scene.photons, "photons.count");
+  refuse("--sample-range", arguments.samples, scene.samples, "gather.samples");
 }
 
 // ---- One run. ----
@@ -136,79 +71,224 @@ ProgressStyle progress_style(const std::string& name) {
   return name == "auto" && ::isatty(STDERR_FILENO) == 1 ? ProgressStyle::bar : ProgressStyle::none;
 }
 
-RenderResult render_with_progress(const Scene& scene, Backend& backend,
-                                  const RenderArguments& arguments) {
-  ProgressMeter meter(progress_style(arguments.progress));
-  RenderOptions options;
-  options.batch = arguments.batch;
-  options.progress = [&](const Progress& progress) { meter.show(progress); };
-  options.stop = [] { return caught_signal() != 0; };
-  return render(scene, backend, options);
-}
+/// What is asked of a render while it runs: to be stopped, looked at, written down.
+class Watch {
+ public:
+  Watch(const RenderArguments& arguments, const std::function<void(RenderResult&)>& show)
+      : arguments_(arguments), show_(show), meter_(progress_style(arguments.progress)) {}
 
-struct Output {
-  io::OutputFile file;
-  Encoder encode;
+  RenderOptions options() {
+    RenderOptions options;
+    options.batch = arguments_.batch;
+    options.photons = arguments_.photons;
+    options.samples = arguments_.samples;
+    if (!arguments_.illumination.empty()) {
+      options.photons = {0, 0};
+      if (!options.samples) options.samples = {0, std::numeric_limits<std::uint64_t>::max()};
+    }
+    options.allow_gaps = arguments_.allow_gaps;
+    options.time_limit = arguments_.time_limit;
+    options.progress = [this](const Progress& progress) {
+      ends_in_order_ = std::string_view(progress.pass) != "bounds";
+      meter_.show(progress);
+    };
+    // Before there is anything to write a signal ends the work in the midst of it.
+    options.stop = [this] { return !ends_in_order_ && caught_signal() != 0; };
+    options.go_on = [this](Renderer& renderer, Moment moment) { return go_on(renderer, moment); };
+    return options;
+  }
+
+  void write_checkpoint(Renderer& renderer) {
+#if TYNDALL_ZSTD
+    io::OutputFile file(arguments_.checkpoint);
+    io::write_part(renderer.part(), file);
+    file.commit();
+#else
+    static_cast<void>(renderer);
+#endif
+    written_ = Clock::now();
+  }
+
+  void clear() { meter_.clear(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  bool go_on(Renderer& renderer, Moment moment) {
+    if (caught_signal() != 0) return false;
+    if (moment == Moment::measure) return true;
+    if (take_request_for_picture()) {
+      meter_.clear();
+      try {
+        RenderResult result =
+            renderer.has_picture() ? renderer.result() : renderer.preview(preview_seconds);
+        show_(result);
+      } catch (const Error& error) {
+        warn(error.what());  // the work is not lost by it
+      }
+    }
+    if (moment == Moment::replicate && arguments_.noise > 0
+        && relative_noise(renderer.part()) <= arguments_.noise)
+      return false;
+    const double age = std::chrono::duration<double>(Clock::now() - written_).count();
+    if (!arguments_.checkpoint.empty() && age >= arguments_.checkpoint_every) {
+      try {
+        write_checkpoint(renderer);
+      } catch (const Error& error) {
+        meter_.clear();
+        warn(fmt::format("{} (the render goes on, and tries again later)", error.what()));
+        written_ = Clock::now();
+      }
+    }
+    return true;
+  }
+
+  const RenderArguments& arguments_;
+  const std::function<void(RenderResult&)> show_;
+  ProgressMeter meter_;
+  std::atomic<bool> ends_in_order_ = false;
+  Clock::time_point written_ = Clock::now();
 };
 
-/// Writes every output that can be written, and fails afterwards where one could not: the others
-/// may hold hours of work.
-void write_outputs(std::vector<Output>& outputs, const io::Run& run) {
-  std::string failures;
-  for (Output& output : outputs) {
-    try {
-      output.file.write(output.encode(run));
-      output.file.commit();
-      say(fmt::format("written  {}\n", output.file.path()));
-    } catch (const Error& error) {
-      failures += (failures.empty() ? "" : "\n") + std::string(error.what());
-    }
+/// Takes up what --resume and --illumination name.
+void take_up(const RenderArguments& arguments, Renderer& renderer) {
+#if TYNDALL_ZSTD
+  if (!arguments.illumination.empty()) {
+    Partial light = io::read_part(arguments.illumination, available_memory());
+    refuse_gaps(light, arguments.illumination, arguments.allow_gaps, Needs::photons);
+    renderer.resume(std::move(light), arguments.illumination);
   }
-  if (!failures.empty()) throw Error(ExitCode::output_failed, failures);
-}
-
-}  // namespace
-
-std::string known_formats() {
-  std::vector<std::string> names;
-  for (const Format& format : formats) names.push_back(format.extension);
-  return fmt::format("{}", fmt::join(names, ", "));
-}
-
-void refuse_inputs(const std::vector<std::string>& inputs,
-                   const std::vector<std::string>& outputs) {
-  for (const std::string& path : outputs) {
-    for (const std::string& input : inputs) {
-      std::error_code error;
-      if (!fs::equivalent(input, path, error)) continue;
-      const bool scene = input == inputs.front();
-      usage_error(fmt::format("{}: is {}", path, scene ? "the scene itself" : "read by the scene"));
-    }
+  if (!arguments.resume) return;
+  if (!fs::exists(arguments.checkpoint)) {
+    say(fmt::format("resume   {} is not there yet: begins anew\n", arguments.checkpoint));
+    return;
   }
+  renderer.resume(io::read_part(arguments.checkpoint, available_memory()), arguments.checkpoint);
+  const Partial& part = renderer.part();
+  std::uint64_t photons = 0;
+  for (const Replicate& r : part.replicates) photons += r.photons.count();
+  say(fmt::format("resume   {}: {} of {} photons, {} of {} samples are done\n",
+                  arguments.checkpoint, photons, part.frame.photons, part.samples().count(),
+                  part.frame.samples));
+#else
+  static_cast<void>(arguments), static_cast<void>(renderer);
+#endif
 }
 
-void render_command(const RenderArguments& arguments) {
+void require_sense(const RenderArguments& arguments, const std::vector<std::string>& outputs) {
+#if !TYNDALL_ZSTD
+  if (!arguments.checkpoint.empty() || !arguments.illumination.empty())
+    usage_error("this build reads and writes no checkpoints and no parts (TYNDALL_ZSTD is off)");
+#endif
+  if (arguments.resume && arguments.checkpoint.empty())
+    usage_error("--resume: --checkpoint FILE is missing");
+  if (!arguments.checkpoint.empty() && !arguments.resume && fs::exists(arguments.checkpoint)) {
+    usage_error(fmt::format("{}: is there already; add --resume to go on from it, or remove it",
+                            arguments.checkpoint));
+  }
+  if (arguments.photons && !arguments.illumination.empty())
+    usage_error("--photon-range and --illumination: one shoots photons, the other reads them");
+  if (!arguments.photons || arguments.samples) return;
+  for (const std::string& path : outputs)
+    if (!is_part(path))
+      usage_error(
+          fmt::format("{}: photons alone make no picture; name a part with -o FILE.tyn, or "
+                      "add --sample-range",
+                      path));
+}
+
+// ---- Many processes.
+
+/// Tells the other ranks whether there is anything to do: rank 0 alone finds out what is wrong.
+class Go {
+ public:
+  explicit Go(Communicator* ranks) : ranks_(ranks) {}
+  ~Go() {
+    if (!is_given_) tell(false);
+  }
+  Go(const Go&) = delete;
+  Go& operator=(const Go&) = delete;
+  void give() {
+    tell(true);
+    is_given_ = true;
+  }
+  bool is_given() const { return is_given_; }
+
+  /// \return what rank 0 says.
+  static bool ask(Communicator& ranks) {
+    char go = 0;
+    ranks.broadcast(&go, 1);
+    return go != 0;
+  }
+
+ private:
+  void tell(bool yes) {
+    char go = yes ? 1 : 0;
+    if (ranks_) ranks_->broadcast(&go, 1);
+  }
+
+  Communicator* const ranks_;
+  bool is_given_ = false;
+};
+
+/// As many as this rank may have of the machine that it shares.
+int threads_of_rank(const RenderArguments& arguments, const Communicator& ranks) {
+  if (arguments.threads > 0) return arguments.threads;
+  cpu_set_t own;
+  const int all = thread_count(0);
+  if (::sched_getaffinity(0, sizeof own, &own) != 0) return all;
+  const int bound = CPU_COUNT(&own);  // by mpirun to some of the processors, or to none
+  return bound < all ? bound : std::max(1, all / ranks.local_size());
+}
+
+/// Ranks on one machine share its CUDA devices.
+DeviceName device_of_rank(const RenderArguments& arguments, const Communicator& ranks) {
+  DeviceName device = parse_device(arguments.device);
+  if (arguments.device == "cuda")
+    device.index = ranks.local_rank() % std::max(1, cuda_device_count());
+  return device;
+}
+
+/// Works for rank 0 until it needs no more.
+ExitCode help(const RenderArguments& arguments, Communicator& ranks) {
+  ignore_signals();  // rank 0 stops the work
+  if (!Go::ask(ranks)) return ExitCode::done;
+  const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
+  const Device device =
+      open_device(device_of_rank(arguments, ranks), threads_of_rank(arguments, ranks));
+  serve(file.scene, *device.backend, ranks);
+  return ExitCode::done;
+}
+
+/// \param ranks null: this process alone
+ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go& go) {
   // Whatever can be wrong comes to light before the work begins: first the command line, then the
   // scene, then the machine.
-  std::vector<std::string> paths = arguments.outputs;
-  if (paths.empty()) paths.push_back(default_output(arguments.scene));
-  std::vector<Encoder (*)()> encoders;
-  for (const std::string& path : paths) encoders.push_back(format_of(path).make_encoder);
-  const DeviceName device = parse_device(arguments.device);
+  Outputs outputs;
+  std::vector<std::string> pictures = arguments.outputs;
+  if (pictures.empty()) pictures.push_back(default_output(arguments.scene));
+  for (const std::string& path : pictures) outputs.add(path);
+  require_sense(arguments, pictures);
+  const DeviceName device_name =
+      ranks ? device_of_rank(arguments, *ranks) : parse_device(arguments.device);
   if (!arguments.report.empty()) {
-    paths.push_back(arguments.report);
-    encoders.push_back([]() -> Encoder { return io::report_json; });
+    outputs.add(arguments.report,
+                [](const io::Run& run, io::OutputFile& file) { file.write(io::report_json(run)); });
   }
   if (!arguments.detectors.empty()) {
-    paths.push_back(arguments.detectors);
-    encoders.push_back([]() -> Encoder { return io::detectors_json; });
+    outputs.add(arguments.detectors, [](const io::Run& run, io::OutputFile& file) {
+      file.write(io::detectors_json(run));
+    });
   }
-  refuse_repeats(paths);
+  outputs.refuse_repeats(arguments.checkpoint);
 
-  const auto [scene, warnings, inputs, volumes] =
-      io::read_scene(arguments.scene, arguments.overrides);
-  refuse_inputs(inputs, paths);
-  for (const std::string& warning : warnings) warn(warning);
+  const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
+  const Scene& scene = file.scene;
+  std::vector<std::string> inputs = file.inputs, written = outputs.paths();
+  if (!arguments.illumination.empty()) inputs.push_back(arguments.illumination);
+  if (!arguments.checkpoint.empty()) written.push_back(arguments.checkpoint);
+  refuse_inputs(inputs, written);
+  for (const std::string& warning : file.warnings) warn(warning);
   if (!arguments.detectors.empty() && !detects(scene)) {
     usage_error(
         fmt::format("--detectors {}: the scene has none; add \"detectors\" to it, such as "
@@ -217,31 +297,104 @@ void render_command(const RenderArguments& arguments) {
   }
   if (detects(scene) && arguments.detectors.empty())
     warn("the scene's detectors are written nowhere: add --detectors FILE");
+  refuse_ranges_beyond(scene, arguments);
   if (const std::string shortage = memory_shortage(scene); !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
-  const std::unique_ptr<Backend> backend = make_backend(device, arguments.threads);
+  const int threads = ranks ? threads_of_rank(arguments, *ranks) : arguments.threads;
+  Device device = open_device(device_name, threads);
 
-  catch_signals();  // from here on there are temporaries
-  std::vector<Output> outputs;
-  for (std::size_t i = 0; i < paths.size(); ++i)
-    outputs.push_back({io::OutputFile(paths[i]), encoders[i]()});
+  // From here on there are temporaries. What a checkpoint would lose is worth a while.
+  catch_signals(arguments.checkpoint.empty() ? 0.6 : 5.0);
+  outputs.open();
+  if (!arguments.checkpoint.empty()) io::OutputFile(arguments.checkpoint);  // can it be written?
 
-  RenderResult result = render_with_progress(scene, *backend, arguments);
-  leave_on_signal();
-  if (caught_signal() != 0) throw Stopped{};
+  go.give();
+  Traffic traffic;
+  std::unique_ptr<Backend> distributed;
+  if (ranks != nullptr) distributed = make_distributed_backend(*device.backend, *ranks, &traffic);
 
-  result.picture.provenance = io::provenance(scene, result);
-  // render() checks the scene too; what was said with its place in the file need not be said again.
-  for (const std::string& warning : result.warnings)
-    if (std::none_of(warnings.begin(), warnings.end(),
-                     [&](const auto& said) { return said.ends_with(warning); }))
-      warn(warning);
-  const io::Run run{scene, result, arguments.scene, device.text(), volumes};
-  say(io::report_lines(run));
-  write_outputs(outputs, run);
-  if (arguments.print_hash)
+  std::optional<Renderer> renderer;
+  const auto write = [&](RenderResult& result) {
+    result.picture.provenance = io::provenance(result);
+    // The scene's were said with their place in its file.
+    for (const std::string& warning : result.warnings)
+      if (std::none_of(file.warnings.begin(), file.warnings.end(),
+                       [&](const auto& said) { return said.ends_with(warning); }))
+        warn(warning);
+    const io::Run run{renderer->part(), result, arguments.scene, device.name, file.volumes};
+    say(io::report_lines(run));
+    if (ranks) {
+      say(fmt::format("ranks    {}: {:.4g} MB told and added up in {:.3g} s, waiting included\n",
+                      ranks->size(), static_cast<double>(traffic.bytes) / 1e6, traffic.seconds));
+    }
+    outputs.write(run);
+  };
+  Watch watch(arguments, write);
+  try {
+    renderer.emplace(scene, ranks ? *distributed : *device.backend, watch.options());
+  } catch (const Error& error) {
+    // Not enough memory there, as a rule: before the first photon another device will do.
+    if (error.code() != ExitCode::device || device_name.kind != DeviceName::Kind::automatic
+        || ranks)
+      throw;
+    watch.clear();
+    device = open_device(device_name, threads, error.what());
+    renderer.emplace(scene, *device.backend, watch.options());
+  }
+  take_up(arguments, *renderer);
+  const bool is_done = renderer->run();
+  end_patience();
+  watch.clear();
+  const int signal = caught_signal();
+
+  const bool has_checkpoint = !arguments.checkpoint.empty();
+  if (has_checkpoint) {  // of the end, too: the outputs may yet fail
+    try {
+      watch.write_checkpoint(*renderer);
+    } catch (const Error& error) {
+      if (!is_done) throw;
+      warn(error.what());
+    }
+  }
+  const bool shows = renderer->has_picture() || renderer->shoots_only();
+  if (!is_done && !shows && signal != 0 && !has_checkpoint) throw Stopped{};
+  RenderResult result = shows ? renderer->result() : renderer->preview(preview_seconds);
+  write(result);
+  if (arguments.print_hash) {
     print(fmt::format("tallies {:016x} pixels {:016x}\n", result.hashes.tallies,
                       result.hashes.pixels));
+  }
+  if (is_done) {
+    std::error_code error;
+    if (has_checkpoint && !fs::remove(arguments.checkpoint, error) && error)
+      warn(fmt::format("{}: cannot be removed: {}", arguments.checkpoint, error.message()));
+    return ExitCode::done;
+  }
+  say(fmt::format(
+      "tyndall: stopped by {}; what was written {} photons {} of {} and samples {} of {}{}\n",
+      signal != 0 ? "a signal" : "the limit", result.is_preview ? "is a preview of" : "has",
+      result.photons.text(), result.frame.photons, result.samples.text(), result.frame.samples,
+      has_checkpoint ? fmt::format("; --checkpoint {} --resume goes on", arguments.checkpoint)
+                     : ""));
+  return signal != 0 ? static_cast<ExitCode>(128 + signal) : ExitCode::limit;
+}
+
+}  // namespace
+
+ExitCode render_command(const RenderArguments& arguments) {
+  const std::unique_ptr<Communicator> ranks = join_ranks();
+  Go go(ranks && ranks->rank() == 0 ? ranks.get() : nullptr);
+  if (!ranks) return render_scene(arguments, nullptr, go);
+  const bool is_first = ranks->rank() == 0;
+  try {
+    return is_first ? render_scene(arguments, ranks.get(), go) : help(arguments, *ranks);
+  } catch (...) {
+    if (is_first && !go.is_given()) throw;  // the others hear that there is nothing to do
+    // They may wait for this rank in the midst of a step.
+    const std::string who = is_first ? "" : fmt::format("rank {}: ", ranks->rank());
+    ranks->abort(tell_failure(who));
+    throw;
+  }
 }
 
 }  // namespace tyndall::app

@@ -3,8 +3,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
+
+#include "tyndall/render/backend.h"
+#include "tyndall/render/error.h"
 
 namespace tyndall::app {
 
@@ -15,20 +19,22 @@ struct RenderArguments {
   std::vector<std::string> overrides;  ///< "path=value"
   std::string report;                  ///< file, empty: none
   std::string detectors;               ///< file, empty: none
-  std::string device = "cpu";          ///< "cpu", "cuda", "cuda:1"
+  std::string device = "auto";         ///< "auto", "cpu", "cuda", "cuda:1"
   std::string progress = "auto";       ///< auto, bar, plain, none
   int threads = 0;                     ///< 0: one per hardware thread
   std::uint64_t batch = 0;             ///< 0: the backend's choice
   bool print_hash = false;
+  std::string checkpoint;                      ///< file, empty: none
+  double checkpoint_every = 60;                ///< [s]
+  bool resume = false;                         ///< from the checkpoint, where it is there
+  double time_limit = 0;                       ///< [s] 0: none
+  double noise = 0;                            ///< see relative_noise(); 0: no limit
+  std::optional<IndexRange> photons, samples;  ///< see RenderOptions
+  std::string illumination;                    ///< file whose light the samples read, empty: none
+  bool allow_gaps = false;                     ///< in that light
 };
 
-/// \throws Error, Stopped.
-void render_command(const RenderArguments& arguments);
-
-/// \return the formats of this build, e.g. ".exr, .png, .pfm".
-std::string known_formats();
-
-/// No output may replace what the scene is made of. \throws Error(usage)
-void refuse_inputs(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
+/// \return done, limit, or 128 and the signal. \throws Error, Stopped where nothing was written.
+ExitCode render_command(const RenderArguments& arguments);
 
 }  // namespace tyndall::app

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <cmath>
 #include <csignal>
 #include <ctime>
 
@@ -12,7 +13,7 @@ namespace tyndall::app {
 namespace {
 
 // Read by all threads; without locks, as a handler must be.
-std::atomic<int> caught = 0, leaving = 0;
+std::atomic<int> caught = 0, leaving = 0, wanted = 0, resting = 0;
 static_assert(std::atomic<int>::is_always_lock_free);
 
 [[noreturn]] void leave(int signal) {
@@ -22,23 +23,28 @@ static_assert(std::atomic<int>::is_always_lock_free);
 
 /// Between two photons is too late where one photon walks for minutes.
 timer_t patience;
-constexpr itimerspec as_long = {{0, 0}, {0, 600000000}};
+itimerspec as_long{};
 
 extern "C" void on_signal(int signal) {
   if (caught != 0 || leaving != 0) leave(signal);
   caught = signal;
-  ::timer_settime(patience, 0, &as_long, nullptr);
+  if (resting == 0) ::timer_settime(patience, 0, &as_long, nullptr);
 }
 
 extern "C" void on_timeout(int) {
-  constexpr char message[] = "tyndall: stopped by a signal; nothing was written\n";
+  constexpr char message[] =
+      "tyndall: stopped by a signal in the midst of a batch; nothing more was written\n";
   [[maybe_unused]] const auto written = ::write(STDERR_FILENO, message, sizeof message - 1);
   leave(caught);
 }
 
+extern "C" void on_request(int) { wanted = 1; }
+
 }  // namespace
 
-void catch_signals() {
+void catch_signals(double seconds) {
+  as_long.it_value.tv_sec = static_cast<time_t>(seconds);
+  as_long.it_value.tv_nsec = static_cast<long>(1e9 * std::fmod(seconds, 1.0));
   struct sigaction timeout {};
   timeout.sa_handler = on_timeout;
   ::sigaction(SIGALRM, &timeout, nullptr);
@@ -51,6 +57,22 @@ void catch_signals() {
   ::sigaction(SIGHUP, nullptr, &hangup);
   if (hangup.sa_handler != SIG_IGN) ::sigaction(SIGHUP, &action, nullptr);  // not under nohup
   std::signal(SIGPIPE, SIG_IGN);
+  struct sigaction request {};
+  request.sa_handler = on_request;
+  request.sa_flags = SA_RESTART;
+  ::sigaction(SIGUSR1, &request, nullptr);
+}
+
+void end_patience() noexcept {
+  resting = 1;
+  constexpr itimerspec never{};
+  ::timer_settime(patience, 0, &never, nullptr);
+}
+
+bool take_request_for_picture() noexcept { return wanted.exchange(0) != 0; }
+
+void ignore_signals() {
+  for (int signal : {SIGINT, SIGTERM, SIGHUP, SIGUSR1}) std::signal(signal, SIG_IGN);
 }
 
 void leave_on_signal() noexcept { leaving = 1; }

@@ -110,7 +110,7 @@ class CpuBackend final : public Backend {
               Film{scene_->film_width, scene_->film_height, scene_->film_unit, film_.pixels.data(),
                    &film_.clamped, film_.groups.empty() ? nullptr : film_.groups.data(),
                    static_cast<int>(scene_->groups.size())},
-              nullptr});
+              nullptr, scene_->bright_pixels.empty() ? nullptr : scene_->bright_pixels.data()});
     });
   }
 

@@ -80,7 +80,7 @@ std::array<int, 3> grid_size(glm::dvec3 extent, int voxels) {
 }
 
 void sample(const PreparedScene& prepared, glm::dvec3 box_min, int threads, Sampled& grid) {
-  const auto [nx, ny, nz] = grid.size;
+  const int nx = grid.size[0], ny = grid.size[1], nz = grid.size[2];
   grid.sigma_t.resize(static_cast<std::size_t>(nx) * ny * nz);
   const glm::dvec3 step = (grid.high - grid.low) / glm::dvec3(nx, ny, nz);
   const auto rows = static_cast<std::uint64_t>(ny) * static_cast<std::uint64_t>(nz);

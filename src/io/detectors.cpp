@@ -24,7 +24,7 @@ std::string watts(const RenderResult& result, std::size_t begin, std::size_t cou
 }
 
 std::string flux(const RenderResult& result) {
-  const Detectors& d = result.detectors;
+  const Detectors& d = result.frame.detectors;
   const std::size_t cells = d.length_begin() / 6;
   std::string text = fmt::format(R"({{"size": [{}, {}], "unit": "W")", d.flux_u, d.flux_v);
   for (std::size_t face = 0; face < 6; ++face)
@@ -47,15 +47,15 @@ std::string histogram(const RenderResult& result, std::size_t begin, int bins, d
 
 std::string detectors_json(const Run& run) {
   const RenderResult& result = run.result;
-  const Detectors& d = result.detectors;
-  std::vector<std::string> members{fmt::format("\"scene\": \"{:016x}\"", scene_hash(run.scene)),
+  const Detectors& d = result.frame.detectors;
+  std::vector<std::string> members{fmt::format("\"scene\": \"{:016x}\"", result.frame.scene_hash),
                                    fmt::format("\"tallies\": \"{:016x}\"", result.hashes.tallies),
                                    fmt::format("\"photons\": {}", result.ledger.shot)};
   if (d.flux_u > 0) members.push_back("\"flux\": " + flux(result));
   if (d.lengths > 0) {
     members.push_back("\"path_length\": "
                       + histogram(result, d.length_begin(), d.lengths,
-                                  run.scene.detectors.path_length_max / d.lengths, "length"));
+                                  result.frame.longest_path / d.lengths, "length"));
   }
   if (d.scatterings > 0) {
     members.push_back("\"scatterings\": "

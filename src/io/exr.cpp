@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <cstring>
 #include <exception>
+#include <filesystem>
 
 #include <ImfChannelList.h>
 #include <ImfChromaticities.h>
@@ -16,6 +17,7 @@
 #include <ImfStringAttribute.h>
 #include <fmt/format.h>
 
+#include "io/exr_header.h"
 #include "tyndall/render/error.h"
 
 namespace tyndall::io {
@@ -122,6 +124,8 @@ std::string encode_exr(const Picture& picture) {
 }
 
 Picture read_exr(const std::string& path) {
+  if (const std::string problem = exr_header_problem(path); !problem.empty())
+    throw Error(ExitCode::input_missing, fmt::format("{}: {}", path, problem));
   try {
     Imf::InputFile file(path.c_str());
     const Imf::Header& header = file.header();
@@ -130,6 +134,12 @@ Picture read_exr(const std::string& path) {
         throw Error(ExitCode::input_missing, fmt::format("{}: has no channel {}", path, channel));
 
     const auto &window = header.dataWindow(), &whole = header.displayWindow();
+    // The same measure as of images (io/plugin/oiio.cpp).
+    const auto pixels = (double{1} * window.max.x - window.min.x + 1)
+                        * (double{1} * window.max.y - window.min.y + 1);
+    if (pixels / 2000 > static_cast<double>(std::filesystem::file_size(path)))
+      throw Error(ExitCode::input_missing,
+                  fmt::format("{}: damaged: claims {} pixels", path, pixels));
     Picture picture;
     picture.width = window.max.x - window.min.x + 1;
     picture.height = window.max.y - window.min.y + 1;

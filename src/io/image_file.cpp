@@ -10,7 +10,8 @@
 
 #include <fmt/format.h>
 
-#include "io/oiio_module.h"
+#include "io/exr_header.h"
+#include "io/module.h"
 #include "io/plugin/oiio.h"
 #include "tyndall/base/math.h"
 #include "tyndall/render/error.h"
@@ -43,9 +44,10 @@ std::shared_ptr<const Image> load_image(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::exists(path, error)) fail(error ? error.message() : "no such file");
   if (!has_reader) fail("this build reads no images: it was made without OpenImageIO");
-  std::string problem;
-  const auto read =
-      reinterpret_cast<TyndallReadImage*>(oiio_function("tyndall_read_image_1", problem));
+  std::string problem = exr_header_problem(path);
+  if (!problem.empty()) fail(problem);
+  const auto read = reinterpret_cast<TyndallReadImage*>(
+      module_function("tyndall_oiio.so", "tyndall_read_image_1", problem));
   if (read == nullptr) fail("images cannot be read: " + problem);
 
   const auto room = [](void* user, int width, int height) {

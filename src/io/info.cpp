@@ -18,6 +18,9 @@
 #if TYNDALL_OPENEXR
 #include "io/exr.h"
 #endif
+#if TYNDALL_ZSTD
+#include "io/part_file.h"
+#endif
 
 namespace tyndall::io {
 namespace {
@@ -249,6 +252,32 @@ Json picture_info(const std::string& path) {
 #endif
 }
 
+Json part_info(const std::string& path) {
+#if TYNDALL_ZSTD
+  const Partial part = read_part(path, std::uint64_t{1} << 40);
+  const Frame& frame = part.frame;
+  Json out{{"file", path}, {"size", {frame.width, frame.height}}};
+  bool has_light = false;
+  Ranges photons;
+  for (const Replicate& r : part.replicates) {
+    has_light = has_light || !r.light.empty();
+    photons.add(r.photons);
+  }
+  out["photons"] = fmt::format("{} of {}", photons.text(), frame.photons);
+  out["samples"] = fmt::format("{} of {}", part.samples().text(), frame.samples);
+  out["keeps light"] = has_light;
+  out["replicates"] = frame.replicates;
+  if (const double noise = relative_noise(part); std::isfinite(noise)) out["noise"] = brief(noise);
+  out["seed"] = frame.seed;
+  out["arithmetic version"] = frame.arithmetic;
+  out["scene hash"] = fmt::format("{:016x}", frame.scene_hash);
+  out["hash of the tallies"] = fmt::format("{:016x}", hash_tallies(part));
+  return out;
+#else
+  throw Error(ExitCode::usage, path + ": this build reads no parts");
+#endif
+}
+
 // ---- Text
 
 /// Aligned "key  value" lines; what an entry holds is indented below it.
@@ -292,9 +321,11 @@ Info info(const std::string& path, bool as_json) {
     out = scene_info(path);
   else if (extension == ".exr")
     out = picture_info(path);
+  else if (extension == ".tyn")
+    out = part_info(path);
   else
     throw Error(ExitCode::usage,
-                fmt::format("{}: expected a .vdb, .nvdb, .obj, .json or .exr file", path));
+                fmt::format("{}: expected a .vdb, .nvdb, .obj, .json, .exr or .tyn file", path));
   return {as_json ? out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : lines(out, ""),
           problem};
 }

@@ -15,6 +15,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -132,17 +133,35 @@ inline std::string suggestion(std::string_view word, const std::vector<std::stri
 
 // ---- Kinds of values: each knows how it is read, described and listed. ----
 
+/// A function whose copies share what it holds: kinds are copied into those that are made of them,
+/// and these again, each with all below it.
+template <class Signature>
+class Shared;
+template <class R, class... A>
+class Shared<R(A...)> {
+ public:
+  Shared() = default;
+  template <class F>
+  requires std::is_invocable_r_v<R, const F&, A...> Shared(F function)
+      : function_(std::make_shared<const std::function<R(A...)>>(std::move(function))) {}
+  R operator()(A... arguments) const { return (*function_)(std::forward<A>(arguments)...); }
+  explicit operator bool() const { return function_ != nullptr; }
+
+ private:
+  std::shared_ptr<const std::function<R(A...)>> function_;
+};
+
 template <class V>
 struct Kind {
   /// Completes "expected ..."
   std::string expected;
   /// Leaves the value as it was where it finds an error.
-  std::function<void(Reader&, const Node&, V&)> read;
-  std::function<Json()> schema;
+  Shared<void(Reader&, const Node&, V&)> read;
+  Shared<Json()> schema;
   /// JSON with comments.
-  std::function<std::string(const V&, const std::string& indent)> list;
+  Shared<std::string(const V&, const std::string& indent)> list;
   /// Comments that say what else the value may be.
-  std::function<std::string(const std::string& indent)> others = {};
+  Shared<std::string(const std::string& indent)> others = {};
   /// Has keys of its own.
   bool composite = false;
 };

@@ -1,6 +1,7 @@
 #include "io/output_file.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -11,6 +12,7 @@
 #include <charconv>
 #include <climits>
 #include <cstring>
+#include <ctime>
 #include <filesystem>
 #include <optional>
 #include <system_error>
@@ -24,6 +26,8 @@ namespace tyndall::io {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr std::string_view temporary_prefix = ".tyndall-", temporary_suffix = ".tmp";
 
 [[noreturn]] void fail(const std::string& path, const std::string& reason) {
   throw Error(ExitCode::output_failed, fmt::format("{}: cannot be written: {}", path, reason));
@@ -95,6 +99,24 @@ std::string folder_of(const std::string& target) {
   return folder.empty() ? "." : folder;
 }
 
+/// Takes away what a process that was killed left in `folder`: temporaries live as long as the lock
+/// that their writer holds. A young one may not have been locked yet.
+void remove_leftovers(const std::string& folder) {
+  std::error_code error;
+  for (auto entry = fs::directory_iterator(folder, error); !error && entry != fs::end(entry);
+       entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (!name.starts_with(temporary_prefix) || !name.ends_with(temporary_suffix)) continue;
+    int file = ::open(entry->path().c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    struct stat status {};
+    if (file < 0) continue;
+    if (::fstat(file, &status) == 0 && S_ISREG(status.st_mode)
+        && std::time(nullptr) - status.st_mtime > 60 && ::flock(file, LOCK_EX | LOCK_NB) == 0)
+      ::unlink(entry->path().c_str());
+    ::close(file);
+  }
+}
+
 /// close() loses the descriptor even where it reports an error.
 int close_once(int& descriptor) { return ::close(std::exchange(descriptor, -1)); }
 
@@ -122,6 +144,7 @@ OutputFile::OutputFile(std::string path) : path_(std::move(path)) {
   // A rename would replace a write-protected file all the same; whoever protected it did not want
   // that.
   if (exists && ::access(target_.c_str(), W_OK) != 0) fail(path_, "the existing file", errno);
+  remove_leftovers(folder_of(target_));
   open_temporary(folder_of(target_), exists ? old.st_mode & 07777u : 0666u, exists);
 }
 
@@ -139,7 +162,8 @@ void OutputFile::open_temporary(const std::string& folder, unsigned mode, bool k
   std::string name;
   do {  // a short name, so that it fits wherever the target's does; another machine may have the
         // same process id
-    name = fmt::format("{}/.tyndall-{}-{}.tmp", folder, ::getpid(), count++);
+    name = fmt::format("{}/{}{}-{}{}", folder, temporary_prefix, ::getpid(), count++,
+                       temporary_suffix);
     descriptor_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
   } while (descriptor_ < 0 && (errno == EEXIST || errno == EINTR));
   if (descriptor_ < 0) {
@@ -150,6 +174,7 @@ void OutputFile::open_temporary(const std::string& folder, unsigned mode, bool k
     if (fs::is_directory(folder, ignored)) fail(path_, step + ": it takes none");  // such as /proc
     fail(path_, fmt::format("the folder '{}' does not exist", folder));
   }
+  static_cast<void>(::flock(descriptor_, LOCK_EX | LOCK_NB));  // see remove_leftovers()
   temporary_ = std::move(name);
   slot_ = remember(temporary_);
   // What the umask took away from the mode of an old file. Some file systems have no modes: no

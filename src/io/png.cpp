@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "io/oiio_module.h"
+#include "io/module.h"
 #include "io/plugin/oiio.h"
 #include "tyndall/render/error.h"
 
@@ -23,7 +23,7 @@ namespace {
 
 PngEncoder::PngEncoder() {
   std::string problem;
-  function_ = oiio_function("tyndall_encode_png_1", problem);
+  function_ = module_function("tyndall_oiio.so", "tyndall_encode_png_1", problem);
   if (function_ == nullptr) fail(problem);
 }
 

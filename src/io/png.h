@@ -1,5 +1,5 @@
 /// \file
-/// Previews: 8-bit PNG files, which OpenImageIO writes (io/oiio_module.h).
+/// Previews: 8-bit PNG files, which OpenImageIO writes (io/module.h).
 #pragma once
 
 #include <string>

@@ -113,9 +113,10 @@ void add_audit(std::vector<Fact>& facts, const char* pass, const Audit& audit) {
     facts.push_back({fmt::format("audit.{}.{}", pass, name), fmt::format("{}", count)});
 }
 
-std::vector<Fact> facts_of(const Scene& scene, const RenderResult& result) {
+std::vector<Fact> facts_of(const RenderResult& result) {
+  const Frame& frame = result.frame;
   const Ledger& ledger = result.ledger;
-  const auto components = scene.medium.components.size();
+  const auto components = static_cast<std::size_t>(frame.components);
   const auto number = [](auto value) { return fmt::format("{}", value); };
   const std::vector<Count> absorbed(ledger.absorbed, ledger.absorbed + components);
   std::vector<std::string> warnings;
@@ -123,11 +124,16 @@ std::vector<Fact> facts_of(const Scene& scene, const RenderResult& result) {
 
   std::vector<Fact> facts{
       {"version", TYNDALL_VERSION, true},
-      {"arithmetic_version", number(arithmetic_version)},
-      {"scene_hash", hex(scene_hash(scene)), true},
-      {"seed", number(scene.seed)},
-      {"photons", number(scene.photons)},
-      {"samples", number(scene.samples)},
+      {"arithmetic_version", number(frame.arithmetic)},
+      {"scene_hash", hex(frame.scene_hash), true},
+      {"seed", number(frame.seed)},
+      {"photons", number(frame.photons)},
+      {"samples", number(frame.samples)},
+      {"complete", number(result.is_complete)},
+      {"noise", std::isfinite(result.noise) ? fmt::format("{:.4g}", result.noise) : "null"},
+      {"preview", number(result.is_preview)},
+      {"ranges.photons", result.photons.text(), true},
+      {"ranges.samples", result.samples.text(), true},
       {"hash.tallies", hex(result.hashes.tallies), true},
       {"hash.pixels", hex(result.hashes.pixels), true},
       {"ledger.count.shot", number(ledger.shot)},
@@ -201,8 +207,8 @@ std::string power_line(const RenderResult& result) {
 
 /// Squeezed look-ups see the density itself, which may be outside its bounds, only when they are
 /// audited (is_audited() in tyndall/transport/walk.h): what is 0 here is 0 of those.
-std::string bounds_line(const Scene& scene, const RenderResult& result) {
-  if (scene.sampler == scene::Sampler::ray_marching) return "bounds   not used\n";
+std::string bounds_line(const RenderResult& result) {
+  if (!result.frame.has_bounds) return "bounds   not used\n";
   return fmt::format("bounds   {} violations; one look-up in 256 is audited\n",
                      result.shoot.violations + result.gather.violations);
 }
@@ -212,10 +218,10 @@ double photons_per_second(const RenderResult& result) {
 }
 
 /// Samples of pixels.
-double samples_per_second(const Scene& scene, const RenderResult& result) {
+double samples_per_second(const RenderResult& result) {
   const double pixels =
       static_cast<double>(result.picture.width) * static_cast<double>(result.picture.height);
-  return ratio(pixels * static_cast<double>(scene.samples), result.seconds.pixels);
+  return ratio(pixels * static_cast<double>(result.samples.count()), result.seconds.pixels);
 }
 
 /// How a volume was read, and what by: another process, whose memory is not this one's.
@@ -228,28 +234,25 @@ std::string volume_line(const LoadedVolume& v) {
 
 }  // namespace
 
-std::vector<std::pair<std::string, std::string>> provenance(const Scene& scene,
-                                                            const RenderResult& result) {
+std::vector<std::pair<std::string, std::string>> provenance(const RenderResult& result) {
   std::vector<std::pair<std::string, std::string>> pairs;
-  for (const Fact& fact : facts_of(scene, result))
-    pairs.emplace_back("tyndall." + fact.key, fact.value);
+  for (const Fact& fact : facts_of(result)) pairs.emplace_back("tyndall." + fact.key, fact.value);
   return pairs;
 }
 
 std::string report_json(const Run& run) {
   const PassSeconds& seconds = run.result.seconds;
   const auto number = [](double value) { return fmt::format("{:.6g}", value); };
-  std::vector<Fact> facts = facts_of(run.scene, run.result);
-  facts.insert(facts.end(),
-               {{"scene", run.scene_path, true},
-                {"device", run.device, true},
-                {"seconds.bounds", number(seconds.bounds)},
-                {"seconds.photons", number(seconds.photons)},
-                {"seconds.matter", number(seconds.matter)},
-                {"seconds.depth", number(seconds.depth)},
-                {"seconds.pixels", number(seconds.pixels)},
-                {"photons_per_second", number(photons_per_second(run.result))},
-                {"samples_per_second", number(samples_per_second(run.scene, run.result))}});
+  std::vector<Fact> facts = facts_of(run.result);
+  facts.insert(facts.end(), {{"scene", run.scene_path, true},
+                             {"device", run.device, true},
+                             {"seconds.bounds", number(seconds.bounds)},
+                             {"seconds.photons", number(seconds.photons)},
+                             {"seconds.matter", number(seconds.matter)},
+                             {"seconds.depth", number(seconds.depth)},
+                             {"seconds.pixels", number(seconds.pixels)},
+                             {"photons_per_second", number(photons_per_second(run.result))},
+                             {"samples_per_second", number(samples_per_second(run.result))}});
   std::vector<std::string> volumes;
   for (const LoadedVolume& v : run.volumes) {
     volumes.push_back(fmt::format(
@@ -273,14 +276,14 @@ std::string report_lines(const Run& run) {
       "time     bounds {:.2f} s, photons {:.2f} s ({}/s), matter {:.2f} s, pixels {:.2f} s ({} "
       "samples/s), depth {:.2f} s\n",
       seconds.bounds, seconds.photons, short_number(photons_per_second(result)), seconds.matter,
-      seconds.pixels, short_number(samples_per_second(run.scene, result)), seconds.depth);
+      seconds.pixels, short_number(samples_per_second(result)), seconds.depth);
   lines += photon_line(result.ledger) + power_line(result);
-  lines += bounds_line(run.scene, result);
+  lines += bounds_line(result);
   lines += fmt::format("walks    photons: {}\n         pixels: {}\n", audit_text(result.shoot),
                        audit_text(result.gather));
   if (result.clamped > 0) lines += fmt::format("film     {} samples clamped\n", result.clamped);
   lines += fmt::format("hash     tallies {:016x} pixels {:016x} scene {:016x}\n",
-                       result.hashes.tallies, result.hashes.pixels, scene_hash(run.scene));
+                       result.hashes.tallies, result.hashes.pixels, result.frame.scene_hash);
   return lines;
 }
 

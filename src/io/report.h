@@ -12,7 +12,7 @@
 namespace tyndall::io {
 
 struct Run {
-  const Scene& scene;
+  const Partial& part;
   const RenderResult& result;
   std::string scene_path;
   std::string device;  ///< "cpu", "cuda:0"
@@ -22,8 +22,7 @@ struct Run {
 /// \return the facts of the run that are the same on every machine, as keys
 /// ("tyndall.ledger.count.shot") and values (text, or JSON) for Picture::provenance. Times are
 /// not among them, so that equal runs give equal files.
-std::vector<std::pair<std::string, std::string>> provenance(const Scene& scene,
-                                                            const RenderResult& result);
+std::vector<std::pair<std::string, std::string>> provenance(const RenderResult& result);
 
 /// \return a JSON object with the same keys (without "tyndall."), and the scene file, the device
 /// and the times.

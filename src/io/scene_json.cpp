@@ -728,7 +728,7 @@ Key<Scene> version() {
 }
 
 const Kind<Scene>& table() {
-  static const Kind<Scene> scene = object<Scene>(
+  static const auto& scene = *new Kind<Scene>(object<Scene>(  // never taken down: it takes long
       {version(),
        required(key("medium", &Scene::medium, medium(), "", "what scatters and absorbs")),
        key("lights", &Scene::lights, list(light()), "", "where the photons come from"),
@@ -753,7 +753,9 @@ const Kind<Scene>& table() {
             group<Scene>(
                 "illumination",
                 {key("resolution", &Scene::illumination_resolution, cells(limits::illumination), "",
-                     "cells"),
+                     "cells; 0: as many as make them 1.75 mean free paths of the densest matter "
+                     "wide, "
+                     "64 to 128 along the longest edge"),
                  key("order", &Scene::illumination_order, integer<int>(limits::order), "",
                      "of the spherical harmonics, -1: 2 unless all scattering is isotropic")},
                 "grid in which the photons leave their light")},
@@ -789,7 +791,7 @@ const Kind<Scene>& table() {
        key("detectors", &Scene::detectors, detectors(), "",
            "what is counted of the photons for `render --detectors FILE`; 0: nothing"),
        key("seed", &Scene::seed, integer<std::uint64_t>(limits::seed), "",
-           "of all random numbers; one seed, one picture")});
+           "of all random numbers; one seed, one picture")}));
   return scene;
 }
 

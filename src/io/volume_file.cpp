@@ -225,7 +225,9 @@ Outcome call_helper(const std::string& path, const Descriptor& file, const Descr
   const auto deadline = Clock::now() + std::chrono::seconds(limits.clock);
   const bool ended = read_report(output.number(), deadline, text);
   if (!ended)
-    fail(path, fmt::format("damaged, or too slow to read: given up after {} s", limits.clock));
+    fail(path, fmt::format("damaged, or too slow to read: given up after {} s; where the machine "
+                           "is busy, try again",
+                           limits.clock));
   const int result = child.wait();
   if (WIFSIGNALED(result)) {
     const int signal = WTERMSIG(result);

@@ -112,4 +112,92 @@ Camera prepare_camera(const Scene& scene, std::vector<float>& filter_quantiles) 
   return camera;
 }
 
+namespace {
+
+/// Twice the area of the triangle, above 0 where it turns left.
+double turn(glm::dvec2 a, glm::dvec2 b, glm::dvec2 c) {
+  return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+}
+
+/// Their convex hull, turning left.
+std::vector<glm::dvec2> hull_of(std::vector<glm::dvec2> points) {
+  std::sort(points.begin(), points.end(),
+            [](glm::dvec2 a, glm::dvec2 b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
+  std::vector<glm::dvec2> hull;
+  for (const bool lower : {true, false}) {
+    const std::size_t first = hull.size();
+    for (const glm::dvec2 p : points) {
+      while (hull.size() >= first + 2 && turn(hull[hull.size() - 2], hull.back(), p) <= 0)
+        hull.pop_back();
+      hull.push_back(p);
+    }
+    hull.pop_back();
+    if (lower) std::reverse(points.begin(), points.end());
+  }
+  return hull;
+}
+
+/// The corners of the box in the picture [pixel of the whole one]; empty where one is not in front.
+std::vector<glm::dvec2> project(const Camera& camera, const Box& box) {
+  const auto wide = [](Vec3f v) { return glm::dvec3(v.x, v.y, v.z); };
+  const glm::dvec3 right = wide(camera.right), up = wide(camera.up);
+  const double margin = 1e-5;  // of the box: roundings of rays that graze it
+  std::vector<glm::dvec2> points;
+  for (int corner = 0; corner < 8; ++corner) {
+    const auto along = [&](int axis, float extent) {
+      return double{extent} * ((corner >> axis & 1) != 0 ? 1 + margin : -margin);
+    };
+    const glm::dvec3 p =
+        glm::dvec3(along(0, box.extent.x), along(1, box.extent.y), along(2, box.extent.z))
+        - wide(camera.position);
+    double depth = 1;
+    if (camera.kind == Camera::Kind::perspective) {
+      depth = glm::dot(p, wide(camera.forward));
+      if (!(depth > 1e-3 * glm::length(p))) return {};
+    }
+    const double x = glm::dot(p, right) / (depth * glm::dot(right, right)),
+                 y = glm::dot(p, up) / (depth * glm::dot(up, up));
+    points.emplace_back(0.5 * (1 + x) * camera.window.whole_width,
+                        0.5 * (1 - y) * camera.window.whole_height);
+  }
+  return points;
+}
+
+}  // namespace
+
+std::vector<std::uint32_t> pixels_that_meet(const Camera& camera, const Box& box) {
+  const bool has_end = !box.periodic_x && !box.periodic_y && !box.periodic_z;
+  if (!has_end || camera.kind == Camera::Kind::spherical || camera.inverse_focus != 0.0f) return {};
+  const std::vector<glm::dvec2> corners = project(camera, box);
+  if (corners.empty()) return {};
+  const std::vector<glm::dvec2> hull = hull_of(corners);
+  const double margin = 1e-2;  // [pixel]
+  const double low = double{camera.filter.quantiles[0]} - margin,
+               high = double{camera.filter.quantiles[camera.filter.intervals]} + margin;
+  const auto meets = [&](int column, int row) {
+    const glm::dvec2 a(column + low, row + low), b(column + high, row + high);
+    // Apart along an axis of the pixel, or beyond an edge of the hull.
+    const auto beyond = [&](auto&& side) { return std::all_of(hull.begin(), hull.end(), side); };
+    if (beyond([&](glm::dvec2 p) { return p.x < a.x; })
+        || beyond([&](glm::dvec2 p) { return p.x > b.x; })
+        || beyond([&](glm::dvec2 p) { return p.y < a.y; })
+        || beyond([&](glm::dvec2 p) { return p.y > b.y; }))
+      return false;
+    for (std::size_t i = 0; i < hull.size(); ++i) {
+      const glm::dvec2 from = hull[i], to = hull[(i + 1) % hull.size()];
+      if (turn(from, to, a) < 0 && turn(from, to, b) < 0 && turn(from, to, {a.x, b.y}) < 0
+          && turn(from, to, {b.x, a.y}) < 0)
+        return false;
+    }
+    return true;
+  };
+  std::vector<std::uint32_t> pixels;
+  const CropWindow& window = camera.window;
+  for (int row = 0; row < window.height; ++row)
+    for (int column = 0; column < window.width; ++column)
+      if (meets(column + window.left, row + window.top))
+        pixels.push_back(static_cast<std::uint32_t>(row * window.width + column));
+  return pixels.size() < window.pixel_count() ? pixels : std::vector<std::uint32_t>{};
+}
+
 }  // namespace tyndall

@@ -1,6 +1,7 @@
 /// \file
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "tyndall/render/scene.h"
@@ -23,5 +24,9 @@ CropWindow window(const scene::Camera& camera);
 /// \return the camera in local space (tyndall/render/prepare.h). It points to `filter_quantiles`,
 /// which is written.
 Camera prepare_camera(const Scene& scene, std::vector<float>& filter_quantiles);
+
+/// \return the pixels, in order, of which a sample may meet `box`: at least those; empty for all,
+/// as for cameras within it or with a lens, and for boxes without end.
+std::vector<std::uint32_t> pixels_that_meet(const Camera& camera, const Box& box);
 
 }  // namespace tyndall

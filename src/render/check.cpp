@@ -621,12 +621,38 @@ class Checker {
 
   // ---- Work and detectors
 
+  /// What the light of cells of several mean free paths is worth. The densest voxel of a grid says
+  /// nothing of the rest.
+  void coarse_cells() {
+    if (scene_.integrator == scene::Integrator::path || !problems_.errors.empty()) return;
+    const std::array<int, 3> cells = stored_illumination_resolution(scene_);
+    const glm::dvec3 extent = scene_.medium.box_max - scene_.medium.box_min;
+    double width = 0;
+    for (int axis = 0; axis < 3; ++axis)
+      width = std::max(width, extent[axis] / cells[static_cast<std::size_t>(axis)]);
+    for (std::size_t i = 0; i < scene_.medium.components.size(); ++i) {
+      const scene::Component& c = scene_.medium.components[i];
+      const double paths = width * c.extinction * double{largest_density(c.field)};
+      const bool is_grid = std::holds_alternative<scene::DenseGrid>(c.field)
+                           || std::holds_alternative<scene::SparseGrid>(c.field);
+      constexpr double many = 4;  // of which the dark side of a slab is half as bright again
+      if (is_grid || !(largest(c.albedo) > 0) || paths <= many * (1 + scene_.bounces)) continue;
+      warning(
+          "photons.illumination.resolution",
+          fmt::format("cells are {:.3g} mean free paths of medium.components[{}] wide: dark sides "
+                      "may be too bright by half; raise it, or gather.bounces",
+                      paths, i));
+      return;
+    }
+  }
+
   void work() {
     number("photons.count", scene_.photons, limits::photons);
     numbers("photons.illumination.resolution", scene_.illumination_resolution, 3,
             limits::illumination);
     if (number("photons.illumination.order", scene_.illumination_order, limits::order))
       illumination_order();
+    coarse_cells();
     number("gather.samples", scene_.samples, limits::samples);
     number("gather.bounces", scene_.bounces, limits::bounces);
     number("preview.exposure", scene_.exposure, limits::exposure);
@@ -761,6 +787,22 @@ int stored_illumination_order(const Scene& scene) {
   return needed_illumination_order(scene) > 0 ? highest_order : 0;
 }
 
+std::array<int, 3> stored_illumination_resolution(const Scene& scene) {
+  const glm::dvec3 extent = scene.medium.box_max - scene.medium.box_min;
+  const double longest = std::max({extent.x, extent.y, extent.z});
+  double densest = 0;  // of one component: where several overlap, little of it is as dense as all
+  for (const scene::Component& c : scene.medium.components)
+    if (largest(c.albedo) > 0)
+      densest = std::max(densest, c.extinction * double{largest_density(c.field)});
+  const double along = std::clamp(std::ceil(longest * densest / cells_in_free_paths), 64.0, 128.0);
+  std::array<int, 3> cells = scene.illumination_resolution;
+  for (int axis = 0; axis < 3; ++axis) {
+    int& n = cells[static_cast<std::size_t>(axis)];
+    if (n == 0) n = static_cast<int>(std::max(1.0, std::ceil(along * extent[axis] / longest)));
+  }
+  return cells;
+}
+
 std::uint64_t memory_needed(const Scene& scene) {
   // A pixel: integer tallies of a replicate and of all, what their spread takes, and 20 floats.
   const std::array<int, 4>& crop = scene.camera.crop;
@@ -773,7 +815,8 @@ std::uint64_t memory_needed(const Scene& scene) {
   // and the same once more as floats.
   const int order = stored_illumination_order(scene);
   const auto numbers = static_cast<std::uint64_t>(3 * (order + 1) * (order + 1) + 1);
-  const std::uint64_t illumination = product(scene.illumination_resolution) * numbers * (2 * 8 + 4);
+  const std::uint64_t illumination =
+      product(stored_illumination_resolution(scene)) * numbers * (2 * 8 + 4);
 
   // A super-voxel: two bounds of each component. A grid: its values here and as the walks read
   // them.

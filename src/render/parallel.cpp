@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <atomic>
 #include <exception>
+#include <map>
+#include <memory>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -21,6 +23,20 @@ int thread_count(int threads) {
 
 #if defined(TYNDALL_TBB)
 
+namespace {
+
+/// Kept: oneTBB 2021.8 gives back no memory of an arena that is done with, 7 kB each.
+oneapi::tbb::task_arena& arena_of(int threads) {
+  static std::mutex mutex;
+  static std::map<int, std::unique_ptr<oneapi::tbb::task_arena>> arenas;
+  const std::lock_guard lock(mutex);
+  std::unique_ptr<oneapi::tbb::task_arena>& arena = arenas[threads];
+  if (!arena) arena = std::make_unique<oneapi::tbb::task_arena>(threads);
+  return *arena;
+}
+
+}  // namespace
+
 void parallel_for(std::uint64_t begin, std::uint64_t end, std::uint64_t grain, int threads,
                   const std::function<void(std::uint64_t, std::uint64_t)>& body) {
   if (begin >= end) return;
@@ -29,8 +45,7 @@ void parallel_for(std::uint64_t begin, std::uint64_t end, std::uint64_t grain, i
   using Control = oneapi::tbb::global_control;
   const Control allowed(Control::max_allowed_parallelism,
                         static_cast<std::size_t>(std::max(thread_count(threads), thread_count(0))));
-  oneapi::tbb::task_arena arena(thread_count(threads));
-  arena.execute([&] {
+  arena_of(thread_count(threads)).execute([&] {
     oneapi::tbb::parallel_for(
         Chunk(begin, end, grain),
         [&](const Chunk& chunk) {

@@ -400,11 +400,17 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.film_width = out.camera.window.width;
   out.film_height = out.camera.window.height;
   out.background = to_vec3f(scene.background);
+  const bool is_dark =
+      !(largest(out.background) > 0.0f)
+      && !DirectLights{out.direct_lights.data(), static_cast<int>(out.direct_lights.size())}
+              .any_met();
+  if (is_dark) out.bright_pixels = pixels_that_meet(out.camera, box);
   out.film_unit = film_unit(scene, out.components, box);
   out.seed = scene.seed;
+  out.hash = scene_hash(scene);
 
   const auto [cx, cy, cz] =
-      out.has_grid ? scene.illumination_resolution : std::array<int, 3>{1, 1, 1};
+      out.has_grid ? stored_illumination_resolution(scene) : std::array<int, 3>{1, 1, 1};
   out.cells = {cx,
                cy,
                cz,

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstring>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 
+#include "render/account.h"
 #include "tyndall/base/hash.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/check.h"
@@ -27,30 +29,45 @@ double seconds_since(Clock::time_point start) {
 /// One pass, in parts and batches short enough for a bar that moves.
 class PassRunner {
  public:
-  PassRunner(const RenderOptions& options, const char* name, std::uint64_t total)
-      : options_(options), name_(name), total_(total) {
-    if (options.batch > 0) size_ = options.batch;
+  using Time = Clock::time_point;
+
+  PassRunner(const RenderOptions& options, const char* name, std::uint64_t total,
+             std::uint64_t done = 0)
+      : options_(options), name_(name), total_(total), done_(done) {
+    if (options_.batch > 0) size_ = options_.batch;
+  }
+
+  /// \param pass (IndexRange) \param go_on asked after each batch \param weight of an index
+  /// \return the end of the last batch: before part.end where go_on said no.
+  template <class Pass, class GoOn>
+  std::uint64_t run(IndexRange part, const Pass& pass, const GoOn& go_on,
+                    std::uint64_t weight = 1) {
+    const auto start = Clock::now();
+    std::uint64_t begin = part.begin;
+    while (begin < part.end) {
+      report(done_);
+      const std::uint64_t end =
+          begin + std::min(part.end - begin, std::max<std::uint64_t>(size_ / weight, 1));
+      const auto batch_start = Clock::now();
+      pass(IndexRange{begin, end});
+      done_ += (end - begin) * weight;
+      begin = end;
+      if (options_.batch == 0 && seconds_since(batch_start) < 0.1) size_ *= 2;
+      if (begin < part.end && !go_on()) break;
+    }
+    report(done_);
+    seconds_ += seconds_since(start);
+    return begin;
   }
 
   template <class Pass>
   void run(IndexRange part, const Pass& pass) {
-    const auto start = Clock::now();
-    for (std::uint64_t begin = part.begin; begin < part.end;) {
-      report(done_);
-      const std::uint64_t end = std::min(part.end, begin + size_);
-      const auto batch_start = Clock::now();
-      pass(IndexRange{begin, end});
-      done_ += end - begin;
-      begin = end;
-      if (options_.batch == 0 && seconds_since(batch_start) < 0.1) size_ *= 2;
-    }
-    report(done_);
-    seconds_ += seconds_since(start);
+    run(part, pass, [] { return true; });
   }
 
   void report(std::uint64_t done) const {
     stop_if(options_.stop);
-    if (options_.progress) options_.progress({name_, done, total_});
+    if (options_.progress) options_.progress({name_, std::min(done, total_), total_});
   }
 
   double seconds() const { return seconds_; }
@@ -58,91 +75,9 @@ class PassRunner {
  private:
   const RenderOptions& options_;
   const char* name_;
-  std::uint64_t total_, done_ = 0, size_ = 1024;
+  std::uint64_t total_, done_, size_ = 1024;
   double seconds_ = 0;
 };
-
-/// Part `i` of `n` nearly equal parts of [0, total).
-IndexRange share(std::uint64_t total, int i, int n) {
-  const auto at = [&](int k) {  // not total * k / n, which may overflow
-    const auto parts = static_cast<std::uint64_t>(n), part = static_cast<std::uint64_t>(k);
-    return total / parts * part + total % parts * part / parts;
-  };
-  return {at(i), at(i + 1)};
-}
-
-std::int64_t sum(const std::int64_t* counts, int n) {
-  std::int64_t s = 0;
-  for (int i = 0; i < n; ++i) s += counts[i];
-  return s;
-}
-
-/// Every fate was counted where it happened; here they must add up to what was shot, and power must
-/// too.
-void close(const Ledger& ledger) {
-  const std::int64_t ended = ledger.missed + sum(ledger.escaped, 6)
-                             + sum(ledger.absorbed, max_components) + ledger.rouletted
-                             + ledger.stalled;
-  if (ended != ledger.shot) {
-    throw Error(
-        ExitCode::internal,
-        fmt::format("the ledger does not close: {} photons were shot, {} ended (a defect of "
-                    "Tyndall or of this machine's memory; please report it)",
-                    ledger.shot, ended));
-  }
-  for (int c = 0; c < 3; ++c) {
-    std::int64_t power =
-        ledger.missed_power[c] + ledger.roulette_power[c] + ledger.stalled_power[c];
-    for (const auto& face : ledger.escaped_power) power += face[c];
-    for (const auto& component : ledger.absorbed_power) power += component[c];
-    if (power != ledger.shot_power[c]) {
-      throw Error(ExitCode::internal,
-                  fmt::format("the ledger does not close: of the {} units of {} power shot, {} are "
-                              "accounted for (a defect of Tyndall or of this machine's memory; "
-                              "please report it)",
-                              ledger.shot_power[c],
-                              c == 0   ? "red"
-                              : c == 1 ? "green"
-                                       : "blue",
-                              power));
-    }
-  }
-}
-
-double stalled_share(const Ledger& ledger) {
-  const auto total = static_cast<double>(sum(ledger.shot_power, 3));
-  return total > 0 ? static_cast<double>(sum(ledger.stalled_power, 3)) / total : 0.0;
-}
-
-/// Stalled photons are bias, and too many make the picture wrong.
-void refuse_stalled(const Ledger& ledger) {
-  const double share = stalled_share(ledger);
-  if (!(share > 1e-3)) return;
-  throw Error(
-      ExitCode::internal,
-      fmt::format("{:.3g} of the power stalled in flights of more than {} super-voxels (along "
-                  "periodic sides through next to no matter: add extinction or open a side) or "
-                  "{} virtual particles (beside matter far denser than all else: lower its "
-                  "extinction, which is opaque long before, or raise medium.majorants.resolution)",
-                  share, most_crossings, most_virtual));
-}
-
-/// From the components of the prepared medium, which are sorted, to the scene's.
-Ledger in_scene_order(const Ledger& ledger, const std::vector<int>& scene_component) {
-  Ledger out = ledger;
-  for (std::size_t i = 0; i < scene_component.size(); ++i) {
-    const auto to = static_cast<std::size_t>(scene_component[i]);
-    out.absorbed[to] = ledger.absorbed[i];
-    std::memcpy(out.absorbed_power[to], ledger.absorbed_power[i], sizeof out.absorbed_power[to]);
-  }
-  return out;
-}
-
-/// Not the audit: how many look-ups and cells a walk took is no part of its result.
-void hash_ledger(Hasher& hasher, const Ledger& ledger) {
-  hasher.add_all(reinterpret_cast<const std::int64_t*>(&ledger),
-                 sizeof ledger / sizeof(std::int64_t));
-}
 
 /// D of each cell in absolute units: [length^2].
 std::vector<float> read_out_matter(const PreparedScene& scene,
@@ -170,115 +105,6 @@ std::vector<float> read_out_light(const std::vector<std::int64_t>& sums, double 
   return out;
 }
 
-/// The film of all replicates.
-class Development {
- public:
-  Development(const PreparedScene& scene, std::uint64_t samples, int replicates)
-      : scene_(scene), samples_(samples), replicates_(replicates), spread_(3 * scene.pixels()) {
-    sum_.pixels.resize(scene.pixels());
-    sum_.groups.resize(scene.pixels() * scene.groups.size() * 3);
-  }
-
-  /// \param samples of each pixel of this replicate
-  void add(const FilmTallies& film, std::uint64_t samples) {
-    const auto n = static_cast<double>(samples);
-    for (std::size_t i = 0; i < film.pixels.size(); ++i) {
-      const auto* from = reinterpret_cast<const std::int64_t*>(&film.pixels[i]);
-      auto* to = reinterpret_cast<std::int64_t*>(&sum_.pixels[i]);
-      for (std::size_t w = 0; w < pixel_words; ++w) to[w] += from[w];
-      for (std::size_t c = 0; c < 3; ++c) {
-        const auto s = static_cast<double>(film.pixels[i].sum[c]);
-        spread_[3 * i + c].squares += s * s;
-        spread_[3 * i + c].products += n * s;
-      }
-    }
-    for (std::size_t i = 0; i < film.groups.size(); ++i) sum_.groups[i] += film.groups[i];
-    sum_.clamped += film.clamped;
-    sample_squares_ += n * n;
-  }
-
-  std::int64_t clamped() const { return sum_.clamped; }
-
-  void hash(Hasher& hasher) const {
-    hasher.add_all(reinterpret_cast<const std::int64_t*>(sum_.pixels.data()),
-                   sum_.pixels.size() * pixel_words);
-    hasher.add_all(sum_.groups.data(), sum_.groups.size());
-  }
-
-  /// \param depth see DepthPass::depth
-  Picture picture(std::vector<float> depth) const {
-    Picture picture;
-    picture.width = scene_.film_width;
-    picture.height = scene_.film_height;
-    picture.rgba.reserve(sum_.pixels.size() * 4);
-    for (const PixelTally& pixel : sum_.pixels) {
-      for (const std::int64_t s : pixel.sum) picture.rgba.push_back(radiance(s));
-      picture.rgba.push_back(
-          static_cast<float>(static_cast<double>(pixel.hits) / static_cast<double>(samples_)));
-    }
-    const auto color = [&](const char* name, const auto& value) {
-      PictureLayer layer{name, "RGB", {}};
-      layer.values.reserve(3 * sum_.pixels.size());
-      for (std::size_t i = 0; i < sum_.pixels.size(); ++i)
-        for (std::size_t c = 0; c < 3; ++c) layer.values.push_back(value(i, c));
-      picture.layers.push_back(std::move(layer));
-    };
-    if (replicates_ > 1)
-      color("variance", [&](std::size_t i, std::size_t c) { return variance(i, c); });
-    color("emission",
-          [&](std::size_t i, std::size_t c) { return radiance(sum_.pixels[i].emission[c]); });
-    color("single",
-          [&](std::size_t i, std::size_t c) { return radiance(sum_.pixels[i].single[c]); });
-    color("multiple",
-          [&](std::size_t i, std::size_t c) { return radiance(sum_.pixels[i].multiple[c]); });
-    color("albedo", [&](std::size_t i, std::size_t c) {
-      return static_cast<float>(static_cast<double>(sum_.pixels[i].albedo[c])
-                                / (double{weight_units} * static_cast<double>(samples_)));
-    });
-    const std::size_t groups = scene_.groups.size();
-    for (std::size_t g = 0; g < groups; ++g) {
-      color(("group_" + scene_.groups[g]).c_str(), [&](std::size_t i, std::size_t c) {
-        return radiance(sum_.groups[(i * groups + g) * 3 + c]);
-      });
-    }
-    picture.layers.push_back({"depth", "Z", std::move(depth)});
-    picture.layers.push_back(
-        {"samples", "Y", std::vector<float>(sum_.pixels.size(), static_cast<float>(samples_))});
-    return picture;
-  }
-
- private:
-  static constexpr std::size_t pixel_words = sizeof(PixelTally) / sizeof(std::int64_t);
-
-  double scale() const {
-    return double{scene_.film_unit} / double{weight_units} / static_cast<double>(samples_);
-  }
-  float radiance(std::int64_t sum) const {
-    return static_cast<float>(static_cast<double>(sum) * scale());
-  }
-
-  /// Of the mean of R replicates with n_r samples, whose sums are S_r:
-  /// R / (R - 1) sum (S_r - n_r S / n)^2 / n^2.
-  float variance(std::size_t i, std::size_t c) const {
-    const auto [squares, products] = spread_[3 * i + c];
-    const double mean = static_cast<double>(sum_.pixels[i].sum[c]) / static_cast<double>(samples_);
-    const double off = squares - 2 * mean * products + mean * mean * sample_squares_;
-    return static_cast<float>(std::max(off, 0.0) * replicates_ / (replicates_ - 1) * scale()
-                              * scale());
-  }
-
-  struct Spread {
-    double squares = 0, products = 0;  // sums of S_r^2 and n_r S_r
-  };
-
-  const PreparedScene& scene_;
-  std::uint64_t samples_;
-  int replicates_;
-  FilmTallies sum_;
-  std::vector<Spread> spread_;  // of each pixel's channels
-  double sample_squares_ = 0;   // sum of n_r^2
-};
-
 void require_valid(const Scene& scene, std::vector<std::string>& warnings) {
   const Problems problems = check(scene);
   std::string text;
@@ -289,110 +115,466 @@ void require_valid(const Scene& scene, std::vector<std::string>& warnings) {
     warnings.push_back(fmt::format("{}: {}", p.path, p.message));
 }
 
+Frame frame_of(const Scene& scene, const PreparedScene& prepared,
+               const std::vector<std::string>& warnings) {
+  Frame frame;
+  frame.scene_hash = prepared.hash;
+  frame.arithmetic = arithmetic_version;
+  frame.seed = scene.seed;
+  frame.photons = prepared.emitters.empty() || !prepared.has_grid ? 0 : scene.photons;
+  frame.samples = scene.samples;
+  std::uint64_t replicates = std::min<std::uint64_t>(scene.samples, most_replicates);
+  if (frame.photons > 0) replicates = std::min(frame.photons, replicates);
+  frame.replicates = static_cast<int>(replicates);
+  frame.components = static_cast<int>(scene.medium.components.size());
+  frame.has_bounds = scene.sampler != scene::Sampler::ray_marching;
+  frame.width = prepared.film_width;
+  frame.height = prepared.film_height;
+  const CropWindow& window = prepared.camera.window;
+  frame.left = window.left, frame.top = window.top;
+  frame.whole_width = window.whole_width, frame.whole_height = window.whole_height;
+  frame.film_unit = prepared.film_unit;
+  frame.exposure = scene.exposure;
+  frame.groups = prepared.groups;
+  frame.shot_power = prepared.shot_power;
+  for (int c = 0; c < 3; ++c) frame.unshot_power[c] = prepared.unshot_power[c];
+  if (prepared.has_grid) {
+    frame.light_words =
+        prepared.cells.count() * static_cast<std::uint64_t>(prepared.cells.moments());
+  }
+  frame.detectors = prepared.detectors;
+  frame.longest_path = scene.detectors.path_length_max;
+  frame.warnings = warnings;
+  return frame;
+}
+
 }  // namespace
 
-RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& options) {
-  const DefaultFloatingPoint guard;
-  RenderResult result;
-  require_valid(scene, result.warnings);
-  Hasher tallies;
-
-  PassRunner bounds(options, "bounds", 1000);
-  auto start = Clock::now();
-  const PreparedScene prepared = prepare(
-      scene, backend.threads(),
-      [&](double done) { bounds.report(static_cast<std::uint64_t>(done * 1000)); }, options.stop);
-  backend.load(prepared, options.stop);
-  result.seconds.bounds = seconds_since(start);
-
-  PassRunner matter(options, "matter", prepared.cells.count());
-  std::vector<float> denominator;
-  if (prepared.has_grid) {
-    matter.run({0, prepared.cells.count()},
-               [&](IndexRange range) { backend.measure_matter(range); });
-    const std::vector<std::int64_t> sums = backend.take_matter();
-    tallies.add_all(sums.data(), sums.size());
-    denominator = read_out_matter(prepared, sums);
+class Renderer::Work {
+ public:
+  Work(Renderer& renderer, const Scene& scene, Backend& backend, RenderOptions options)
+      : renderer_(renderer),
+        backend_(backend),
+        options_(std::move(options)),
+        start_(Clock::now()),
+        prepared_(make_ready(scene)) {
+    backend_.load(prepared_, options_.stop);
+    part_.frame = frame_of(scene, prepared_, warnings_);
+    part_.replicates.resize(static_cast<std::size_t>(part_.frame.replicates));
+    seconds_.bounds = seconds_since(start_);
   }
-  result.seconds.matter = matter.seconds();
 
-  const std::uint64_t photons = prepared.emitters.empty() || !prepared.has_grid ? 0 : scene.photons;
-  const std::uint64_t pixels = prepared.pixels();
-  int replicates = static_cast<int>(std::min<std::uint64_t>(scene.samples, most_replicates));
-  if (photons > 0) replicates = static_cast<int>(std::min<std::uint64_t>(photons, replicates));
-  PassRunner shoot(options, "photons", photons),
-      gather(options, "pixels", pixels * static_cast<std::uint64_t>(replicates));
-  Development film(prepared, scene.samples, replicates);
-  Account shot{}, gathered{};
-  for (int r = 0; r < replicates; ++r) {
-    // Its photons.
-    const IndexRange part = share(photons, r, replicates);
-    shoot.run(part, [&](IndexRange range) { backend.shoot(range); });
-    add(shot, backend.take_account());
-    close(shot.ledger);
-    refuse_stalled(shot.ledger);
-    // Its light.
-    std::vector<float> numerator;
-    if (prepared.has_grid) {
-      const std::vector<std::int64_t> sums = backend.take_illumination();
-      tallies.add_all(sums.data(), sums.size());
-      const std::uint64_t count = part.end - part.begin;
-      numerator =
-          read_out_light(sums, count > 0 ? prepared.shot_power / static_cast<double>(count) : 0.0);
+  void resume(Partial part, const std::string& name) {
+    const int slice_replicate = part.slice_replicate;
+    part_.slice = part.slice;
+    part_.slice_pixels = part.slice_pixels;
+    part_.slice_film = std::move(part.slice_film);
+    part_.slice_gathered = part.slice_gathered;
+    merge(part_, "this render", std::move(part), name);
+    part_.slice_replicate = slice_replicate;
+  }
+
+  bool run() {
+    try {
+      run_all();
+      return is_done();
+    } catch (...) {  // in the midst of a batch, whose tallies are no whole ones
+      is_broken_ = true;
+      throw;
     }
-    backend.illuminate(numerator, denominator);
-    // Its samples.
-    const IndexRange samples = share(scene.samples, r, replicates);
-    gather.run({0, pixels}, [&](IndexRange range) {
-      backend.gather(range, {samples.begin, samples.end - samples.begin});
-    });
-    add(gathered, backend.take_account());
-    film.add(backend.take_film(), samples.end - samples.begin);
   }
-  PassRunner depth(options, "depth", pixels);
-  depth.run({0, pixels}, [&](IndexRange range) { backend.measure_depth(range); });
-  result.seconds.depth = depth.seconds();
-  result.seconds.photons = shoot.seconds();
-  result.seconds.pixels = gather.seconds();
-  result.replicates = replicates;
 
-  result.detectors = prepared.detectors;
-  result.detected = backend.take_detectors();
-  if (!result.detected.empty()) tallies.add_all(result.detected.data(), result.detected.size());
-  hash_ledger(tallies, shot.ledger);
-  if (const double stalled = stalled_share(shot.ledger); stalled > 1e-6) {
-    result.warnings.push_back(
-        fmt::format("{:.3g} of the power stalled in endless flights: a bias", stalled));
+  const Partial& part() {
+    flush();
+    return part_;
   }
-  result.ledger = in_scene_order(shot.ledger, prepared.scene_component);
-  result.shoot = shot.audit;
-  result.gather = gathered.audit;
-  result.photon_power = photons > 0 ? prepared.shot_power / static_cast<double>(photons) : 0.0;
-  for (int c = 0; c < 3; ++c) result.unshot_power[c] = prepared.unshot_power[c];
-  film.hash(tallies);
-  result.clamped = static_cast<std::uint64_t>(film.clamped());
-  result.picture = film.picture(backend.take_depth());
-  const CropWindow& window = prepared.camera.window;
-  result.picture.left = window.left, result.picture.top = window.top;
-  result.picture.whole_width = window.whole_width;
-  result.picture.whole_height = window.whole_height;
 
-  if (const auto violations = result.shoot.violations + result.gather.violations; violations > 0) {
-    result.warnings.push_back(
-        fmt::format("{} audited look-ups lay outside the bounds of their super-voxel: the picture "
-                    "is biased (a defect of Tyndall; please report it)",
-                    violations));
+  bool has_picture() const { return !part_.film.pixels.empty(); }
+  bool shoots_only() const { return options_.photons && !options_.samples; }
+
+  RenderResult result() {
+    flush();
+    RenderResult result = develop(part_);
+    result.seconds = seconds();
+    return result;
   }
-  Hasher pixel_bits;
-  for (const float value : result.picture.rgba) pixel_bits.add(float_bits(value));
-  result.hashes = {tallies.value(), pixel_bits.value()};
-  if (result.clamped > 0) {
-    result.warnings.push_back(
-        fmt::format("{} of {} samples were brighter than {:.4g} and were cut: the picture is a "
-                    "little too dark there",
-                    result.clamped, pixels * scene.samples, Film::range * prepared.film_unit));
+
+  RenderResult preview(double seconds) {
+    const auto start = Clock::now();
+    flush();
+    is_hurried_ = true;  // whoever stopped the render wants to see it
+    measure_matter();
+    measure_depth();
+    is_hurried_ = false;
+    const auto r = static_cast<std::size_t>(replicate_);
+    illuminate(r);
+    Partial glance;
+    glance.frame = part_.frame;
+    glance.depth = part_.depth;
+    glance.matter_hash = part_.matter_hash;
+    glance.replicates.resize(part_.replicates.size());
+    const Replicate& lit = part_.replicates[r];
+    Replicate& seen = glance.replicates[r];
+    seen.photons = lit.photons;
+    seen.shot = lit.shot;
+    seen.detected = lit.detected;
+    seen.light_hash = light_hash(lit);
+    const IndexRange all = part_.frame.samples_of(replicate_);
+    const std::size_t pixels = prepared_.pixels_to_gather();
+    PassRunner gather(options_, "preview", pixels);
+    for (std::uint64_t s = all.begin; s < all.end; ++s) {
+      gather.run(
+          {0, pixels},
+          [&](IndexRange range) {
+            backend_.gather(range, {s, 1});
+          },
+          [&] { return seconds_since(start) < seconds; });
+      seen.samples.add({s, s + 1});
+      if (seconds_since(start) > 0.5 * seconds) break;
+    }
+    glance.film = backend_.take_film();
+    seen.gathered = backend_.take_account();
+    RenderResult result = develop(glance);
+    result.is_preview = true;
+    result.seconds = this->seconds();
+    return result;
   }
-  return result;
+
+ private:
+  PreparedScene make_ready(const Scene& scene) {
+    require_valid(scene, warnings_);
+    const PassRunner bounds(options_, "bounds", 1000);
+    return prepare(
+        scene, backend_.threads(),
+        [&](double done) { bounds.report(static_cast<std::uint64_t>(done * 1000)); },
+        options_.stop);
+  }
+
+  // ---- What is to be done.
+
+  static IndexRange common(IndexRange a, IndexRange b) {
+    const std::uint64_t begin = std::max(a.begin, b.begin);
+    return {begin, std::max(begin, std::min(a.end, b.end))};
+  }
+  IndexRange wanted_samples(int r) const {
+    const IndexRange all = part_.frame.samples_of(r);
+    const IndexRange none{all.begin, all.begin};
+    if (options_.allow_gaps && is_dark(r)) return none;
+    if (options_.samples) return common(all, *options_.samples);
+    return options_.photons ? none : all;
+  }
+  /// Whether its samples would find a grid without the light that belongs there.
+  bool is_dark(int r) const {
+    if (part_.frame.light_words == 0 || part_.frame.photons == 0 || !options_.photons) return false;
+    const IndexRange photons = common(part_.frame.photons_of(r), *options_.photons);
+    return photons.begin == photons.end
+           && part_.replicates[static_cast<std::size_t>(r)].photons.empty();
+  }
+  IndexRange wanted_photons(int r) const {
+    const IndexRange all = part_.frame.photons_of(r), samples = wanted_samples(r);
+    if (options_.photons) return common(all, *options_.photons);
+    return samples.begin == samples.end ? IndexRange{all.begin, all.begin} : all;
+  }
+
+  bool is_done() const {
+    for (int r = 0; r < part_.frame.replicates; ++r) {
+      const Replicate& replicate = part_.replicates[static_cast<std::size_t>(r)];
+      if (!replicate.photons.missing(wanted_photons(r)).empty()
+          || !replicate.samples.missing(wanted_samples(r)).empty())
+        return false;
+    }
+    return true;
+  }
+
+  /// To its end, or until go_on or the time ends it.
+  void run_all() {
+    std::uint64_t photons = 0, shot = 0, samples = 0, gathered = 0;
+    for (int r = 0; r < part_.frame.replicates; ++r) {
+      const Replicate& replicate = part_.replicates[static_cast<std::size_t>(r)];
+      const IndexRange p = wanted_photons(r), s = wanted_samples(r);
+      photons += p.end - p.begin;
+      shot += p.end - p.begin - replicate.photons.missing(p).count();
+      samples += s.end - s.begin;
+      gathered += s.end - s.begin - replicate.samples.missing(s).count();
+    }
+    shoot_.emplace(options_, "photons", photons, shot);
+    gather_.emplace(options_, "pixels", samples * prepared_.pixels_to_gather(),
+                    gathered * prepared_.pixels_to_gather());
+    for (replicate_ = 0; replicate_ < part_.frame.replicates; ++replicate_) {
+      if (replicate_ > 0 && !fits(shoot_seconds_)) break;
+      if (!shoot() || !gather()) break;
+      let_light_go();
+      if (!go_on(Moment::replicate)) break;
+    }
+    replicate_ = std::min(replicate_, part_.frame.replicates - 1);
+    flush();
+  }
+
+  bool go_on(Moment moment) { return !options_.go_on || options_.go_on(renderer_, moment); }
+
+  double seconds_left() const {
+    return options_.time_limit > 0 ? options_.time_limit - seconds_since(start_) : 1e30;
+  }
+  bool fits(double seconds) const { return seconds < seconds_left(); }
+
+  // ---- The passes.
+
+  /// \return false where go_on ended it.
+  bool measure_matter() {
+    if (!prepared_.has_grid || !denominator_.empty()) return true;
+    PassRunner matter(options_, "matter", prepared_.cells.count());
+    if (!measure(matter, matter_done_, prepared_.cells.count(),
+                 [&](IndexRange range) { backend_.measure_matter(range); }))
+      return false;
+    const std::vector<std::int64_t> sums = backend_.take_matter();
+    Hasher hasher;
+    hasher.add_all(sums.data(), sums.size());
+    if (part_.matter_hash != 0 && part_.matter_hash != hasher.value()) {
+      throw Error(ExitCode::input_missing,
+                  "what was done before is of other matter than the scene has now; shoot anew");
+    }
+    part_.matter_hash = hasher.value();
+    denominator_ = read_out_matter(prepared_, sums);
+    seconds_.matter = matter.seconds();
+    return true;
+  }
+
+  bool measure_depth() {
+    if (!part_.depth.empty()) return true;
+    PassRunner depth(options_, "depth", prepared_.pixels());
+    if (!measure(depth, depth_done_, prepared_.pixels(),
+                 [&](IndexRange range) { backend_.measure_depth(range); }))
+      return false;
+    part_.depth = backend_.take_depth();
+    seconds_.depth = depth.seconds();
+    return true;
+  }
+
+  /// Goes on from `done`.
+  template <class Pass>
+  bool measure(PassRunner& runner, std::uint64_t& done, std::uint64_t count, const Pass& pass) {
+    done = runner.run({done, count}, pass, [&] { return is_hurried_ || go_on(Moment::measure); });
+    return done == count;
+  }
+
+  bool shoot() {
+    const auto start = Clock::now();
+    Replicate& replicate = current();
+    // Of a first replicate that time ends, half of that is left for its samples.
+    const double until = replicate_ == 0 ? seconds_left() / 2 : seconds_left();
+    const IndexRange wanted = wanted_photons(replicate_);
+    if (!replicate.photons.missing(wanted).empty()) forget_samples();
+    const Ranges todo = replicate.photons.missing(wanted);
+    for (const IndexRange& range : todo.list()) {
+      bool has_time = true;
+      const std::uint64_t end = shoot_->run(
+          range,
+          [&](IndexRange batch) {
+            backend_.shoot(batch);
+            fresh_photons_.add(batch);
+          },
+          [&] {
+            has_time = seconds_since(start) < until;
+            return has_time && go_on(Moment::batch);
+          });
+      flush();
+      close(replicate.shot.ledger);
+      if (end == range.end) continue;
+      if (has_time || replicate_ > 0) return false;
+      break;
+    }
+    refuse_stalled(replicate.shot.ledger);
+    shoot_seconds_ = seconds_since(start);
+    return true;
+  }
+
+  /// Samples of this replicate that read the light of fewer photons, which a limit of time had left
+  /// out: they are gathered anew.
+  void forget_samples() {
+    Replicate& replicate = current();
+    if (part_.slice_replicate == replicate_) {
+      part_.slice_replicate = -1;
+      part_.slice_film = {};
+      part_.slice_gathered = {};
+      part_.slice_pixels = 0;
+    }
+    if (replicate.samples.empty()) return;
+    if (part_.samples().count() != replicate.samples.count()) {
+      throw Error(ExitCode::input_missing,
+                  fmt::format("what was done before has samples {} of photons {} alone, beside "
+                              "others: render anew",
+                              replicate.samples.text(), replicate.photons.text()));
+    }
+    part_.film = {};
+    replicate.samples = {};
+    replicate.gathered = {};
+    replicate.film = {};
+    if (replicate.light.empty()) replicate = {};  // its light was let go
+  }
+
+  bool gather() {
+    const Ranges todo = current().samples.missing(wanted_samples(replicate_));
+    if (todo.empty()) return true;
+    if (is_dark(replicate_)) {
+      throw Error(ExitCode::input_missing,
+                  fmt::format("samples {} would read the light of photons {}, and none of these "
+                              "are there: shoot them, too, or leave those samples out "
+                              "(--sample-range)",
+                              todo.text(), Ranges({part_.frame.photons_of(replicate_)}).text()));
+    }
+    if (part_.frame.light_words > 0 && !current().photons.empty() && current().light.empty()) {
+      throw Error(ExitCode::input_missing,
+                  "what was done before keeps no light for the samples that are missing; render "
+                  "them apart (--sample-range) and merge");
+    }
+    if (!measure_matter() || !measure_depth()) return false;
+    illuminate(static_cast<std::size_t>(replicate_));
+    for (const IndexRange& range : todo.list()) {
+      for (std::uint64_t sample = range.begin; sample < range.end; sample = part_.slice.end)
+        if (!gather_slice({sample, range.end})) return false;
+    }
+    return true;
+  }
+
+  /// The next samples of all pixels: as many as take long beside what it costs to add them up, and
+  /// fit into the time.
+  bool gather_slice(IndexRange range) {
+    const bool goes_on = part_.slice_replicate == replicate_ && part_.slice.begin == range.begin
+                         && part_.slice.end <= range.end;
+    if (!goes_on) {
+      part_.slice_film = {};
+      part_.slice_gathered = {};
+      part_.slice_pixels = 0;
+      std::uint64_t count = std::min(range.end - range.begin, slice_samples_);
+      if (has_picture() && sample_seconds_ > 0) {
+        const double fitting = seconds_left() / sample_seconds_;
+        if (fitting < 1) return false;
+        if (fitting < static_cast<double>(count)) count = static_cast<std::uint64_t>(fitting);
+      }
+      part_.slice_replicate = replicate_;
+      part_.slice = {range.begin, range.begin + count};
+    }
+    const std::uint64_t count = part_.slice.end - part_.slice.begin;
+    const auto start = Clock::now();
+    fresh_pixels_ = part_.slice_pixels;
+    const std::uint64_t end = gather_->run(
+        {part_.slice_pixels, prepared_.pixels_to_gather()},
+        [&](IndexRange batch) {
+          backend_.gather(batch, {part_.slice.begin, count});
+          fresh_pixels_ = batch.end;
+        },
+        [&] { return fits(0) && go_on(Moment::batch); }, count);
+    if (end < prepared_.pixels_to_gather()) return false;
+    const double seconds = seconds_since(start);
+    const auto flush_start = Clock::now();
+    finish_slice();
+    if (!goes_on) sample_seconds_ = seconds / static_cast<double>(count);
+    if (seconds < std::max(1.0, 50 * seconds_since(flush_start))) slice_samples_ *= 2;
+    return go_on(Moment::slice);
+  }
+
+  // ---- Tallies.
+
+  Replicate& current() { return part_.replicates[static_cast<std::size_t>(replicate_)]; }
+
+  void illuminate(std::size_t r) {
+    if (!prepared_.has_grid) return backend_.illuminate({}, {});
+    const Replicate& replicate = part_.replicates[r];
+    const std::uint64_t photons = replicate.photons.count();
+    const std::vector<std::int64_t> none(replicate.light.empty() ? part_.frame.light_words : 0);
+    numerator_ =
+        read_out_light(replicate.light.empty() ? none : replicate.light,
+                       photons > 0 ? prepared_.shot_power / static_cast<double>(photons) : 0.0);
+    backend_.illuminate(numerator_, denominator_);
+  }
+
+  /// Writes down what the backend has tallied since the last time.
+  void flush() {
+    if (is_broken_) return;
+    if (!fresh_photons_.empty()) {
+      Replicate& replicate = current();
+      replicate.photons.add(fresh_photons_);
+      fresh_photons_ = {};
+      add_to(replicate.light, backend_.take_illumination());
+      add_to(replicate.detected, backend_.take_detectors());
+      Account shot = backend_.take_account();
+      shot.ledger = in_scene_order(shot.ledger, prepared_.scene_component);
+      add(replicate.shot, shot);
+    }
+    if (fresh_pixels_ > part_.slice_pixels) {
+      part_.slice_pixels = fresh_pixels_;
+      add(part_.slice_gathered, backend_.take_account());
+      add_to(part_.slice_film, backend_.take_film());
+    }
+  }
+
+  void finish_slice() {
+    flush();
+    Replicate& replicate = current();
+    replicate.samples.add(part_.slice);
+    add(replicate.gathered, part_.slice_gathered);
+    part_.slice_gathered = {};
+    replicate.film.resize(3 * prepared_.pixels());
+    for (std::size_t i = 0; i < part_.slice_film.pixels.size(); ++i)
+      for (std::size_t c = 0; c < 3; ++c)
+        replicate.film[3 * i + c] += part_.slice_film.pixels[i].sum[c];
+    add_to(part_.film, std::exchange(part_.slice_film, {}));
+    part_.slice_replicate = -1;
+    part_.slice_pixels = fresh_pixels_ = 0;
+  }
+
+  void let_light_go() {
+    Replicate& replicate = current();
+    if (replicate.light.empty() || shoots_only()) return;
+    replicate.light_hash = light_hash(replicate);
+    replicate.light = {};
+  }
+
+  PassSeconds seconds() const {
+    PassSeconds seconds = seconds_;
+    if (shoot_) seconds.photons = shoot_->seconds();
+    if (gather_) seconds.pixels = gather_->seconds();
+    return seconds;
+  }
+
+  const DefaultFloatingPoint guard_;
+  Renderer& renderer_;
+  Backend& backend_;
+  const RenderOptions options_;
+  const Clock::time_point start_;
+  std::vector<std::string> warnings_;
+  const PreparedScene prepared_;
+  Partial part_;
+  std::optional<PassRunner> shoot_, gather_;
+  PassSeconds seconds_;
+  std::vector<float> numerator_, denominator_;
+  int replicate_ = 0;     // under way
+  Ranges fresh_photons_;  // since the last flush
+  std::uint64_t fresh_pixels_ = 0;
+  bool is_broken_ = false;                          // the backend's tallies since the last flush
+  std::uint64_t matter_done_ = 0, depth_done_ = 0;  // cells, pixels
+  bool is_hurried_ = false;                         // does not ask go_on
+  double shoot_seconds_ = 0, sample_seconds_ = 0;   // that they took last
+  std::uint64_t slice_samples_ = 1;
+};
+
+Renderer::Renderer(const Scene& scene, Backend& backend, RenderOptions options)
+    : work_(std::make_unique<Work>(*this, scene, backend, std::move(options))) {}
+Renderer::~Renderer() = default;
+void Renderer::resume(Partial part, const std::string& name) {
+  work_->resume(std::move(part), name);
+}
+bool Renderer::run() { return work_->run(); }
+const Partial& Renderer::part() { return work_->part(); }
+bool Renderer::has_picture() const { return work_->has_picture(); }
+bool Renderer::shoots_only() const { return work_->shoots_only(); }
+RenderResult Renderer::result() { return work_->result(); }
+RenderResult Renderer::preview(double seconds) { return work_->preview(seconds); }
+
+RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& options) {
+  Renderer renderer(scene, backend, options);
+  renderer.run();
+  return renderer.result();
 }
 
 }  // namespace tyndall

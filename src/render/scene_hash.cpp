@@ -2,6 +2,7 @@
 #include <type_traits>
 
 #include "tyndall/base/hash.h"
+#include "tyndall/render/check.h"
 #include "tyndall/render/image.h"
 #include "tyndall/render/render.h"
 #include "tyndall/render/volume.h"
@@ -123,8 +124,8 @@ std::uint64_t scene_hash(const Scene& s) {
   const scene::Medium& m = s.medium;
   hash(arithmetic_version, m.box_min, m.box_max, m.sides, m.majorant_resolution, m.components,
        s.lights, s.camera, s.filter, s.filter_radius, s.background, s.sampler, s.marching_step,
-       s.photons, s.illumination_resolution, s.illumination_order, s.samples, s.seed, s.integrator,
-       s.bounces, s.single_scattering, s.detectors);
+       s.photons, stored_illumination_resolution(s), s.illumination_order, s.samples, s.seed,
+       s.integrator, s.bounces, s.single_scattering, s.detectors);
   // Scenes of before there were grounds keep their hash.
   for (unsigned face = 0; face < 6; ++face)
     if (m.ground[face]) hash(face, *m.ground[face]);

@@ -399,6 +399,10 @@ void Volume::check(int threads) {
   maximum_ = range.high;
   active_voxels_ = active.count;
   if (active.count > 0) low_ = active.low, high_ = active.high;
+  constexpr int far = 1 << 30;  // differences and SparseGrid::reach stay within an int
+  for (int a = 0; a < 3; ++a)
+    if (low_[a] <= -far || high_[a] >= far)
+      throw DamagedVolume("active voxels lie 2^30 voxels and more away from the origin");
   for (int c = 0; c < 4; ++c) {
     for (int r = 0; r < 3; ++r) {
       std::uint64_t bits;

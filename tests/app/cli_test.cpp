@@ -128,7 +128,7 @@ class CliTest : public testing::Test {
   pid_t start_long_render(const std::string& output) const {
     const pid_t child = start(
         {"render", "scene.json", "-o", output, "--photons", "100000000000", "--progress", "plain"});
-    for (int i = 0; i < 5000 && contents(scratch_ / "err").find("photons") == std::string::npos;
+    for (int i = 0; i < 5000 && contents(scratch_ / "err").find("photons  ") == std::string::npos;
          ++i)
       std::this_thread::sleep_for(2ms);
     return child;
@@ -240,7 +240,8 @@ TEST_F(CliTest, ConvertsScenes) {
 TEST_F(CliTest, FindsBadInputAndOutputBeforeItRenders) {
   const std::string hours = "100000000000";  // photons: these would not come back in time
   expect_error({"render", "none.json", "--photons", hours}, 4, "none.json");
-  expect_error({"render", "scene.json", "--photons", "0"}, 3, "photons.count");
+  expect_error({"render", "scene.json", "--photons", "0"}, 2,
+               "--photons: expected an integer in [1, 1e+11], got '0'");
   expect_error({"render", "scene.json", "--photons", hours, "-o", "none/a.pfm"}, 5, "none/a.pfm");
   fs::create_directory(folder_ / "folder.pfm");
   expect_error({"render", "scene.json", "--photons", hours, "-o", "folder.pfm"}, 5, "folder");
@@ -348,7 +349,8 @@ TEST_F(CliTest, StopsWithinASecondInTheMidstOfAPhotonThatWalksForMinutes) {
       start({"render", "scene.json", "-o", "a.pfm", "--progress", "plain", "-D",
              R"(medium.components[0]={"field":{"type":"homogeneous"},"extinction":1e6,"albedo":1})",
              "-D", "lights[0].position=[0.5,0.5,0.5]"});
-  for (int i = 0; i < 5000 && contents(scratch_ / "err").find("photons") == std::string::npos; ++i)
+  for (int i = 0; i < 5000 && contents(scratch_ / "err").find("photons  ") == std::string::npos;
+       ++i)
     std::this_thread::sleep_for(2ms);
   ::kill(child, SIGINT);
   const Outcome outcome = wait(child, 1s);
@@ -366,10 +368,170 @@ TEST_F(CliTest, LeavesAtOnceAtTheSecondSignal) {
   EXPECT_EQ(names(), std::set<std::string>{"scene.json"});
 }
 
+// ---- Checkpoints, limits, parts
+
+class ResumeTest : public CliTest {
+ protected:
+  void SetUp() override {
+    CliTest::SetUp();
+    if (IsSkipped()) return;
+    if (run({"merge", "a.tyn", "-o", "b.tyn"}).err.find("TYNDALL_ZSTD is off") != std::string::npos)
+      GTEST_SKIP() << "this build has no checkpoints";
+  }
+  /// Takes a few seconds.
+  static std::vector<std::string> long_render(std::vector<std::string> more,
+                                              const std::string& photons = "2e6",
+                                              const std::string& samples = "512") {
+    more.insert(more.begin(),
+                {"render", "scene.json", "-o", "a.pfm", "--photons", photons, "--samples", samples,
+                 "-D", "camera.resolution=[128,128]", "--print-hash", "--progress", "plain"});
+    return more;
+  }
+  void wait_for(const std::string& said) const {
+    for (int i = 0; i < 15000 && contents(scratch_ / "err").find(said) == std::string::npos; ++i)
+      std::this_thread::sleep_for(2ms);
+  }
+};
+
+TEST_F(ResumeTest, GoesOnAfterASignalToTheSameEnd) {
+  const std::string whole = run(long_render({})).out;
+  ASSERT_NE(whole, "");
+  const auto arguments =
+      long_render({"--checkpoint", "c.tyn", "--checkpoint-every", "0", "--resume"});
+  for (const char* pass : {"photons", "pixels"}) {
+    const pid_t child = start(arguments);
+    wait_for(pass);
+    std::this_thread::sleep_for(100ms);
+    ::kill(child, SIGINT);
+    const Outcome stopped = wait(child, 20s);
+    EXPECT_EQ(stopped.code, 130) << stopped.err;
+    EXPECT_NE(stopped.err.find("--resume goes on"), std::string::npos) << stopped.err;
+    EXPECT_EQ(names(), (std::set<std::string>{"a.pfm", "c.tyn", "scene.json"}));
+  }
+  const Outcome again = run({"render", "scene.json", "--checkpoint", "c.tyn"});
+  EXPECT_EQ(again.code, 2);
+  EXPECT_NE(again.err.find("c.tyn: is there already; add --resume"), std::string::npos)
+      << again.err;
+  const Outcome end = run(arguments);
+  EXPECT_EQ(end.code, 0) << end.err;
+  EXPECT_NE(end.err.find("resume   c.tyn: "), std::string::npos) << end.err;
+  EXPECT_EQ(end.out, whole);
+  EXPECT_EQ(names(), (std::set<std::string>{"a.pfm", "scene.json"})) << "no longer needed";
+}
+
+TEST_F(ResumeTest, GoesOnAfterSigkill) {
+  const std::string whole = run(long_render({})).out;
+  const auto arguments =
+      long_render({"--checkpoint", "c.tyn", "--checkpoint-every", "0", "--resume"});
+  for (const auto delay : {150ms, 400ms, 700ms}) {
+    const pid_t child = start(arguments);
+    wait_for("photons");
+    std::this_thread::sleep_for(delay);
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
+  }
+  EXPECT_EQ(run(arguments).out, whole);
+}
+
+TEST_F(ResumeTest, RefusesTheCheckpointOfAnotherScene) {
+  ASSERT_EQ(run({"render", "scene.json", "-o", "c.tyn"}).code, 0);
+  expect_error({"render", "scene.json", "-s", "2", "--checkpoint", "c.tyn", "--resume"}, 4,
+               "c.tyn: cannot be merged with this render: its seed is 1, not 2");
+  std::ofstream(folder_ / "c.tyn") << "no part at all";
+  expect_error({"render", "scene.json", "--checkpoint", "c.tyn", "--resume"}, 4,
+               "c.tyn: it is no part of a render");
+  expect_error({"render", "scene.json", "--resume"}, 2, "--checkpoint FILE is missing");
+  expect_error({"render", "scene.json", "-o", "d.tyn", "--checkpoint", "d.tyn"}, 2,
+               "d.tyn: is asked for twice");
+  expect_error({"render", "scene.json", "--checkpoint", "scene.json", "--resume"}, 2,
+               "scene.json: is the scene itself");
+}
+
+TEST_F(ResumeTest, ShowsThePictureWhereAskedAndGoesOn) {
+  const std::string whole = run(long_render({})).out;
+  const std::string picture = contents(folder_ / "a.pfm");
+  fs::remove(folder_ / "a.pfm");
+  const pid_t child = start(long_render({}));
+  wait_for("pixels");
+  std::this_thread::sleep_for(300ms);
+  ::kill(child, SIGUSR1);
+  wait_for("written  a.pfm");
+  const std::string so_far = contents(folder_ / "a.pfm");
+  EXPECT_EQ(so_far.size(), picture.size());
+  EXPECT_NE(so_far, picture);
+  EXPECT_EQ(wait(child).out, whole);
+  EXPECT_EQ(contents(folder_ / "a.pfm"), picture);
+}
+
+TEST_F(ResumeTest, EndsAtALimitWithAPicture) {
+  const Outcome limited = run(long_render({"--time-limit", "1s"}, "1e9", "1e6"));
+  EXPECT_EQ(limited.code, 8) << limited.err;
+  EXPECT_NE(limited.err.find("stopped by the limit; what was written has photons 0:"),
+            std::string::npos)
+      << limited.err;
+  EXPECT_TRUE(fs::exists(folder_ / "a.pfm"));
+  const Outcome quiet = run(long_render({"--noise", "0.5", "--report", "r.json"}, "2e6", "400"));
+  EXPECT_EQ(quiet.code, 8) << quiet.err;
+  const std::string report = contents(folder_ / "r.json");
+  EXPECT_NE(report.find("\"complete\": false"), std::string::npos) << report;
+  EXPECT_NE(report.find("\"ranges.samples\": \"0:100\""), std::string::npos) << report;
+  const auto refuses = [&](const char* option, const char* value, const char* text) {
+    expect_error({"render", "scene.json", option, value}, 2, text);
+  };
+  refuses("--time-limit", "soon", "expected a time above 0 such as 90s");
+  refuses("--time-limit", "0s", "expected a time above 0 such as 90s");
+  for (const char* noise : {"0", "nan", "1", "1e-400", "0.1x"})
+    refuses("--noise", noise, "expected a number above 0 and below 1");
+}
+
+TEST_F(ResumeTest, AddsPartsUp) {
+  const std::vector<std::string> scene{"render", "scene.json", "--samples", "9", "--print-hash"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), scene.begin(), scene.end());
+    return more;
+  };
+  const std::string whole = run(with({"-o", "whole.pfm"})).out;
+  ASSERT_EQ(run(with({"--sample-range", "0:4", "-o", "a.tyn"})).code, 0);
+  ASSERT_EQ(run(with({"--sample-range", "4:9", "-o", "b.tyn"})).code, 0);
+  EXPECT_EQ(run({"merge", "b.tyn", "a.tyn", "-o", "c.pfm", "--print-hash"}).out, whole);
+  EXPECT_EQ(contents(folder_ / "c.pfm"), contents(folder_ / "whole.pfm"));
+
+  ASSERT_EQ(run(with({"--photon-range", "0:333", "-o", "p.tyn"})).code, 0);
+  ASSERT_EQ(run(with({"--photon-range", "333:1000", "-o", "q.tyn"})).code, 0);
+  ASSERT_EQ(run({"merge", "p.tyn", "q.tyn", "-o", "light.tyn"}).code, 0);
+  EXPECT_EQ(run(with({"--illumination", "light.tyn", "-o", "d.pfm"})).out, whole);
+  EXPECT_NE(run({"info", "light.tyn"}).out.find("0:1000 of 1000"), std::string::npos);
+
+  expect_error({"merge", "a.tyn", "a.tyn", "-o", "x.pfm"}, 4, "both have samples 0:");
+  // Those two, not whatever was merged before.
+  expect_error({"merge", "b.tyn", "a.tyn", "b.tyn", "-o", "x.pfm"}, 4,
+               "b.tyn: cannot be merged with b.tyn: both have samples 4:9");
+  expect_error({"merge", "a.tyn", "-o", "x.pfm"}, 4, "lacks photons");
+  expect_error(with({"--illumination", "p.tyn", "-o", "x.pfm"}), 4, "--allow-gaps");
+  expect_error(with({"--photon-range", "0:9", "-o", "x.pfm"}), 2, "photons alone make no picture");
+  expect_error(with({"--sample-range", "5:4", "-o", "x.tyn"}), 2, "expected A:B with A below B");
+  expect_error(with({"--sample-range", "0:10", "-o", "x.tyn"}), 2, "the scene has 9");
+  EXPECT_EQ(run({"merge", "a.tyn", "-o", "x.pfm", "--allow-gaps"}).code, 0);
+  const Outcome gaps = run(with({"--illumination", "p.tyn", "--allow-gaps", "-o", "x.pfm"}));
+  EXPECT_EQ(gaps.code, 0) << gaps.err;
+  EXPECT_NE(gaps.err.find("p.tyn: lacks photons 333:1000"), std::string::npos) << gaps.err;
+}
+
 TEST_F(CliTest, HasNoCudaDeviceWhereThereIsNone) {
   const Outcome outcome = run({"render", "scene.json", "--device", "cuda:99"});
   EXPECT_EQ(outcome.code, 7);
   EXPECT_EQ(count_lines(outcome.err), 1u) << outcome.err;
+}
+
+TEST_F(CliTest, ListsDevicesAndTakesOne) {
+  const Outcome outcome = run({"devices"});
+  EXPECT_EQ(outcome.code, 0);
+  EXPECT_EQ(outcome.out.find("cpu      cpu, "), 0u) << outcome.out;
+  EXPECT_NE(outcome.out.find("\ncuda"), std::string::npos) << outcome.out;
+  const std::string by_cpu = run({"render", "scene.json", "--device", "cpu", "--print-hash"}).out;
+  const Outcome taken = run({"render", "scene.json", "--device", "auto", "--print-hash"});
+  EXPECT_EQ(taken.code, 0) << taken.err;
+  EXPECT_EQ(taken.out, by_cpu);
 }
 
 }  // namespace

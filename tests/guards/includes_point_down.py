@@ -26,13 +26,14 @@ RANK = {
     "include/tyndall/cuda": 6,
     "src/host": 7,
     "src/io": 7,
+    "src/mpi": 7,
     "cuda": 7,
     "src/app": 8,
     "bench": 8,
 }
 # A backend or a reader: its public headers and its sources are one unit, and no unit knows another.
 UNITS = {"host": ("include/tyndall/host", "src/host"), "io": ("include/tyndall/io", "src/io"),
-         "cuda": ("include/tyndall/cuda", "cuda")}
+         "cuda": ("include/tyndall/cuda", "cuda"), "mpi": ("src/mpi",)}
 DEVICE_FLOORS = ("base", "random", "medium", "transport")
 
 # What the device floors must not include.

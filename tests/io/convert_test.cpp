@@ -252,6 +252,7 @@ bool python(const std::string& arguments) {
 
 /// Whether a scene of the folder scenes converts, or the words of its refusal.
 const std::map<std::string, std::string> shipped = {
+    {"cloud_over_snow", "medium.ground.-y"},
     {"complex_cloud_256", ""},
     {"complex_cloud_4096", ""},
     {"fire_vdb", "medium.components[0].emission"},

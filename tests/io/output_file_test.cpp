@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -182,6 +183,27 @@ TEST_F(OutputFileTest, RemovesTheTemporariesOfAllOpenOutputs) {
   remove_temporaries();
   EXPECT_EQ(files(), 1u);
   EXPECT_TRUE(fs::exists(folder_ / "c"));
+}
+
+TEST_F(OutputFileTest, TakesAwayWhatKilledProcessesLeft) {
+  const auto age = [&](const std::string& name) {
+    put(name, "half");
+    fs::last_write_time(folder_ / name, fs::file_time_type::clock::now() - std::chrono::minutes(2));
+  };
+  age(".tyndall-1-0.tmp");
+  age("mine.tmp");
+  put(".tyndall-2-0.tmp", "young");
+  OutputFile living(folder_ / "a");
+  for (const auto& entry : fs::directory_iterator(folder_))
+    if (entry.path() != folder_ / ".tyndall-2-0.tmp")
+      fs::last_write_time(entry, fs::file_time_type::clock::now() - std::chrono::minutes(2));
+  OutputFile other(folder_ / "b");
+  EXPECT_FALSE(fs::exists(folder_ / ".tyndall-1-0.tmp"));
+  EXPECT_TRUE(fs::exists(folder_ / "mine.tmp"));
+  EXPECT_TRUE(fs::exists(folder_ / ".tyndall-2-0.tmp"));
+  living.write("whole");
+  living.commit();
+  EXPECT_EQ(contents(folder_ / "a"), "whole");
 }
 
 }  // namespace

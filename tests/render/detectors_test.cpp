@@ -44,7 +44,7 @@ Scene empty_box() {
 
 void expect_like_the_ledger(const Scene& scene) {
   const RenderResult result = render(scene, *make_cpu_backend());
-  const Detectors& d = result.detectors;
+  const Detectors& d = result.frame.detectors;
   ASSERT_EQ(result.detected.size(), 3 * d.count());
   const std::size_t cells = d.length_begin() / 6;
   for (int c = 0; c < 3; ++c) {
@@ -117,7 +117,7 @@ TEST(DetectorsOfPhotons, find_a_beam_where_it_is) {
   scene.detectors = {{2, 4}, 10, 5, 3, 4, {0, 0, 0}};
   scene.lights = {scene::SpotLight{{0.5, 0.9, -1}, {0, 0, 1}, 0.01}};
   const RenderResult result = render(scene, *make_cpu_backend());
-  const Detectors& d = result.detectors;
+  const Detectors& d = result.frame.detectors;
   const auto only_in = [&](std::size_t bin) {
     return result.detected[3 * bin] > 0
            && result.detected[3 * bin] == result.ledger.escaped_power[5][0];

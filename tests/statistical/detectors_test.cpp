@@ -40,7 +40,7 @@ TEST(DetectorsOfPhotons, find_an_even_light_even_however_it_is_scattered) {
     scene.medium.box_max = {2, 1, 3};
     scene.detectors = {{4, 6}, 4000, 40, 0, 12, {0, 0, 0}};
     const RenderResult result = run(scene, 400000);
-    const Detectors& d = result.detectors;
+    const Detectors& d = result.frame.detectors;
     const double area[] = {3, 3, 6, 6, 2, 2};
     std::vector<double> p;
     std::vector<double> expected;
@@ -66,8 +66,9 @@ TEST(DetectorsOfPhotons, find_black_matter_absorb_as_Beer_says) {
   std::vector<double> expected;
   for (int k = 0; k < 20; ++k)
     expected.push_back(200000 * (std::exp(-2 * k / 20.0) - std::exp(-2 * (k + 1) / 20.0)));
-  EXPECT_GT(chi_square_test(counts(result, result.detectors.absorbed_begin(), 20), expected).p,
-            level);
+  EXPECT_GT(
+      chi_square_test(counts(result, result.frame.detectors.absorbed_begin(), 20), expected).p,
+      level);
 }
 
 /// Scattered once in an isotropic slab: what leaves is in closed form; not scattered: Beer.

@@ -7,8 +7,12 @@
 #include <cstdio>
 #include <functional>
 #include <memory>
+#include <random>
 #include <string>
 #include <vector>
+
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/geometric.hpp>
 
 #include "support/scenes.h"
 #include "support/volumes.h"
@@ -72,6 +76,7 @@ std::vector<Named<scene::Phase>> phases() {
           {"rayleigh", scene::RayleighPhase{}},
           {"forward", scene::HenyeyGreensteinPhase{0.4}},
           {"backward", scene::HenyeyGreensteinPhase{-0.4}},
+          {"sharp", scene::HenyeyGreensteinPhase{0.9}},
           {"two_lobes", scene::TwoLobesPhase{0.6, -0.3, 0.7}},
           {"tabulated", scene::TabulatedPhase{std::make_shared<const scene::PhaseTable>(
                             scene::PhaseTable{{-1, 0, 0.6, 1}, {1, 0.5, 1, 3}})}}};
@@ -155,6 +160,84 @@ INSTANTIATE_TEST_SUITE_P(
                     Medium{"dense_grid", one(random_grid(3, 4, 5, 12), 2)},
                     Medium{"sparse_grid", ball_of_a_file, true}, Medium{"several", several}),
     testing::PrintToStringParamName());
+
+// ---- Lamps that light from one side each: many of them, spread evenly and turned at random, are
+// white together, in the mean over the turns.
+
+using Lamp = std::function<scene::Light(glm::dvec3 towards, double irradiance)>;
+
+Lights all_around(const Lamp& lamp, std::uint64_t turn) {
+  constexpr int n = 64;
+  std::mt19937_64 engine(turn);
+  std::normal_distribution<double> normal;
+  const glm::dvec3 axis =
+      glm::normalize(glm::dvec3(normal(engine), normal(engine), normal(engine)));
+  const glm::dmat4 m = glm::rotate(glm::dmat4(1), 6.28 * normal(engine), axis);
+  Lights lights;
+  for (int i = 0; i < n; ++i) {  // Fibonacci's lattice
+    const double z = 1 - (2 * i + 1.0) / n, r = std::sqrt(1 - z * z), angle = 2.39996322973 * i;
+    const glm::dvec4 way = m * glm::dvec4(r * std::cos(angle), r * std::sin(angle), z, 0);
+    lights.push_back(lamp(glm::dvec3(way), 4 * double{pi} / n));
+  }
+  return lights;
+}
+
+TEST(FurnaceOfLamps, of_every_kind_is_white) {
+  constexpr double far = 20, radius = 4;
+  const auto place = [](glm::dvec3 towards) { return glm::dvec3(0.5) + far * towards; };
+  const std::vector<Named<Lamp>> lamps = {
+      {"directional",
+       [](glm::dvec3 towards, double e) {
+         return scene::DirectionalLight{-towards, glm::dvec3(e)};
+       }},
+      {"sun",
+       [](glm::dvec3 towards, double e) {
+         scene::DirectionalLight sun{-towards, glm::dvec3(e)};
+         sun.angle = 10;
+         return sun;
+       }},
+      {"point",
+       [&](glm::dvec3 towards, double e) {
+         return scene::PointLight{place(towards), glm::dvec3(4 * double{pi} * e * far * far)};
+       }},
+      {"sphere", [&](glm::dvec3 towards, double e) {
+         const double cosine = std::sqrt(1 - radius * radius / (far * far));
+         // What scatters counts light from all directions alike: by the solid angle.
+         return scene::SphereLight{place(towards), radius,
+                                   glm::dvec3(e / (2 * double{pi} * (1 - cosine)))};
+       }}};
+  for (const auto& lamp : lamps) {
+    for (const auto integrator : {scene::Integrator::path, scene::Integrator::photons}) {
+      Scene scene = furnace({component(scene::Solid{}, 4, 1, scene::HenyeyGreensteinPhase{0.4})});
+      scene.background = glm::dvec3(1);
+      scene.camera.resolution = {8, 8};
+      scene.illumination_resolution = {16, 16, 16};
+      scene.photons = 100000;
+      scene.samples = 256;
+      scene.integrator = integrator;
+      Series seen;
+      for (std::uint64_t r = 1; r <= seeds; ++r) {
+        scene.seed = r;
+        scene.lights = all_around(lamp.value, r);
+        const RenderResult result = render(scene, *make_cpu_backend());
+        // The lamps that are seen straight on are none of the furnace's light.
+        const PictureLayer &single = layer(result, "single"), &multiple = layer(result, "multiple");
+        double light = 0, through = 0;
+        for (std::size_t i = 0; i < 64; ++i) {
+          light += double{single.values[3 * i]} + double{multiple.values[3 * i]};
+          through += 1 - double{result.picture.rgba[4 * i + 3]};
+        }
+        seen.add(light / (64 - through));
+      }
+      const bool photons = integrator == scene::Integrator::photons;
+      std::printf("%-12s %-7s %.5f +- %.5f\n", lamp.name, photons ? "photons" : "path", seen.mean(),
+                  seen.standard_error());
+      EXPECT_LT(seen.standard_error(), 0.015) << lamp.name;
+      EXPECT_LT(std::abs(seen.mean() - 1), (photons ? 0.01 : 0.001) + 4 * seen.standard_error())
+          << lamp.name;
+    }
+  }
+}
 
 }  // namespace
 }  // namespace tyndall::test

@@ -3,7 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cstring>
 #include <numeric>
+
+#include <glm/ext/matrix_transform.hpp>
+#include <glm/trigonometric.hpp>
 
 #include "support/scenes.h"
 
@@ -15,7 +19,8 @@ constexpr int seeds = 8;
 
 /// Scenes that should look the same are told apart by how often photons leave through each face, by
 /// how often they end within, and by the means of their pictures.
-void expect_alike(std::vector<Scene> scenes) {
+/// \param turned their faces do not match
+void expect_alike(std::vector<Scene> scenes, bool turned = false) {
   std::vector<std::vector<std::int64_t>> fates;
   std::vector<Series> light, alpha;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
@@ -25,10 +30,12 @@ void expect_alike(std::vector<Scene> scenes) {
     const std::vector<RenderResult> results = replicates(scene, seeds);
     for (const RenderResult& r : results) {
       EXPECT_EQ(r.shoot.violations + r.gather.violations, 0);
-      for (std::size_t face = 0; face < 6; ++face) counts[face] += r.ledger.escaped[face];
+      for (std::size_t face = 0; face < 6; ++face)
+        counts[turned ? 0 : face] += r.ledger.escaped[face];
       counts[6] += std::accumulate(std::begin(r.ledger.absorbed), std::end(r.ledger.absorbed),
                                    r.ledger.rouletted);
     }
+    if (turned) counts.erase(counts.begin() + 1, counts.end() - 1);
     fates.push_back(counts);
     light.push_back(series(results, [](const RenderResult& r) { return mean_of_picture(r, 0); }));
     alpha.push_back(series(results, [](const RenderResult& r) { return mean_of_picture(r, 3); }));
@@ -98,6 +105,50 @@ TEST(Components, absorption_may_be_an_albedo_or_a_black_component) {
     return component(low_variation(6), extinction, albedo, forward);
   };
   expect_alike({lit({cloud(20, 0.8)}), lit({cloud(16, 1), cloud(4, 0)})});
+}
+
+/// The scene as it is after its world was turned, scaled and moved, in this order.
+Scene transformed(Scene scene, const glm::dmat4& turn, double scale, glm::dvec3 shift) {
+  const glm::dmat4 m =
+      glm::translate(glm::dmat4(1), shift) * glm::scale(glm::dmat4(1), glm::dvec3(scale)) * turn;
+  const auto place = [&](glm::dvec3 p) { return glm::dvec3(m * glm::dvec4(p, 1)); };
+  const auto way = [&](glm::dvec3 d) { return glm::dvec3(turn * glm::dvec4(d, 0)); };
+  const glm::dvec3 a = place(scene.medium.box_min), b = place(scene.medium.box_max);
+  scene.medium.box_min = glm::min(a, b);
+  scene.medium.box_max = glm::max(a, b);
+  for (scene::Component& c : scene.medium.components) {
+    c.transform = m * c.transform;
+    c.extinction /= scale;
+  }
+  auto& sun = std::get<scene::DirectionalLight>(scene.lights[0]);
+  sun.direction = way(sun.direction);
+  scene.camera.position = place(scene.camera.position);
+  scene.camera.look_at = place(scene.camera.look_at);
+  scene.camera.up = way(scene.camera.up);
+  return scene;
+}
+
+TEST(Worlds, turned_scaled_and_moved_look_the_same) {
+  const Scene scene = lit({component(low_variation(6), 16, 0.9, forward)});
+  const auto turn = [](double degrees, glm::dvec3 axis) {
+    return glm::rotate(glm::dmat4(1), glm::radians(degrees), axis);
+  };
+  const glm::dmat4 none(1);
+  expect_alike({scene, transformed(scene, turn(90, {0, 1, 0}), 1, {0, 0, 0}),
+                transformed(scene, turn(-90, {1, 0, 0}), 1, {3, -2, 7}),
+                transformed(scene, turn(180, {0, 0, 1}), 3.7, {0.1, 0, 0}),
+                transformed(scene, none, 0.5, {0, 0, 0}),  // twice as dense, half as large
+                transformed(scene, none, 1e3, {-1e4, 0, 0})},
+               true);
+}
+
+TEST(Worlds, twice_as_dense_and_half_as_large_have_the_same_ledger_bit_for_bit) {
+  Scene scene = lit({component(low_variation(6), 16, 0.9, forward)});
+  scene.photons = 2000;
+  scene.samples = 4;
+  const Scene small = transformed(scene, glm::dmat4(1), 0.5, {0, 0, 0});
+  const RenderResult a = render(scene, *make_cpu_backend()), b = render(small, *make_cpu_backend());
+  EXPECT_EQ(std::memcmp(&a.ledger, &b.ledger, sizeof a.ledger), 0);
 }
 
 }  // namespace

@@ -102,5 +102,87 @@ INSTANTIATE_TEST_SUITE_P(, ShippedScene,
                                          Shipped{"fog_knot", true}),
                          testing::PrintToStringParamName());
 
+// ---- A shipped cloud as it is shipped: its bounces, its cells, its octaves
+
+/// Mean over pixels of the product of two independent pictures' differences from two others.
+double mean_product(const std::vector<std::vector<double>>& differences, std::size_t left_out) {
+  double sum = 0;
+  std::size_t pairs = 0;
+  for (std::size_t a = 0; a < differences.size(); ++a) {
+    for (std::size_t b = a + 1; b < differences.size(); ++b) {
+      if (a == left_out || b == left_out) continue;
+      for (std::size_t i = 0; i < differences[a].size(); ++i)
+        sum += differences[a][i] * differences[b][i];
+      pairs += differences[a].size();
+    }
+  }
+  return sum / static_cast<double>(pairs);
+}
+
+/// Root of mean square, noise taken off, and its error by the jackknife.
+struct Bias {
+  double rms, error;
+
+  explicit Bias(const std::vector<std::vector<double>>& differences) {
+    const auto root = [](double x) { return std::sqrt(std::max(x, 0.0)); };
+    const std::size_t n = differences.size();
+    rms = root(mean_product(differences, n));
+    double sum = 0, squares = 0;
+    for (std::size_t r = 0; r < n; ++r) {
+      const double x = mean_product(differences, r);
+      sum += x, squares += x * x;
+    }
+    const auto count = static_cast<double>(n);
+    const double spread =
+        std::sqrt((count - 1) * (squares / count - (sum / count) * (sum / count)));
+    error = root(mean_product(differences, n) + spread) - rms;
+  }
+};
+
+TEST(DefaultPicture, of_a_shipped_cloud_is_within_a_percent_of_paths) {
+  const char* source = std::getenv("TYNDALL_SOURCE_DIR");
+  ASSERT_TRUE(source);
+  Scene scene = io::read_scene(std::string(source) + "/scenes/complex_cloud_256.json",
+                               {"camera.resolution=[32, 32]"})
+                    .scene;
+  scene.samples = 192;
+  scene.photons = 1500000;
+  scene.seed = 50;
+  const std::vector<RenderResult> photons = replicates(scene, seeds);
+  scene.integrator = scene::Integrator::path;
+  scene.samples = 768;
+  scene.seed = 70;
+  const std::vector<RenderResult> paths = replicates(scene, seeds);
+
+  // Luminance, in units of its mean over the cloud.
+  const std::size_t pixels = paths[0].picture.rgba.size() / 4;
+  const auto light = [](const RenderResult& r, std::size_t i) {
+    const float* c = &r.picture.rgba[4 * i];
+    return 0.2126 * double{c[0]} + 0.7152 * double{c[1]} + 0.0722 * double{c[2]};
+  };
+  std::vector<std::size_t> cloud;
+  double mean = 0;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    if (!(double{paths[0].picture.rgba[4 * i + 3]} > 0.05)) continue;
+    cloud.push_back(i);
+    for (const RenderResult& r : paths) mean += light(r, i) / seeds;
+  }
+  mean /= static_cast<double>(cloud.size());
+  std::vector<std::vector<double>> of_cloud(seeds), of_picture(seeds);
+  for (std::size_t r = 0; r < seeds; ++r) {
+    const auto difference = [&](std::size_t i) {
+      return (light(photons[r], i) - light(paths[r], i)) / mean;
+    };
+    for (const std::size_t i : cloud) of_cloud[r].push_back(difference(i));
+    for (std::size_t i = 0; i < pixels; ++i) of_picture[r].push_back(difference(i));
+  }
+  const Bias cloud_bias(of_cloud), picture_bias(of_picture);
+  std::printf("bias: picture %.4f + %.4f, cloud %.4f + %.4f\n", picture_bias.rms,
+              picture_bias.error, cloud_bias.rms, cloud_bias.error);
+  EXPECT_LT(cloud_bias.error, 0.01) << "too noisy to tell";
+  EXPECT_LT(picture_bias.rms, 0.01 + 2 * picture_bias.error);
+  EXPECT_LT(cloud_bias.rms, 0.03);
+}
+
 }  // namespace
 }  // namespace tyndall::test

@@ -13,8 +13,11 @@
 
 namespace tyndall {
 
+namespace scene {
+struct Scene;
+}
 struct PreparedScene;  // tyndall/render/prepare.h
-struct Account;        // tyndall/transport/passes.h
+struct Account;        // tyndall/transport/ledger.h
 
 struct IndexRange {
   std::uint64_t begin, end;
@@ -24,6 +27,9 @@ struct FilmTallies {
   std::vector<PixelTally> pixels;
   std::vector<std::int64_t> groups;  ///< see Film::groups
   std::int64_t clamped = 0;
+
+  /// \pre of the same picture
+  void add(const FilmTallies& other);
 };
 
 class Backend {
@@ -49,6 +55,7 @@ class Backend {
   /// Takes the grid that gather() reads; empty for none.
   virtual void illuminate(const std::vector<float>& numerator,
                           const std::vector<float>& denominator) = 0;
+  /// \param pixels of PreparedScene::pixels_to_gather()
   virtual void gather(IndexRange pixels, SampleRange samples) = 0;
   virtual FilmTallies take_film() = 0;  ///< since the last call
 };

@@ -2,6 +2,7 @@
 /// What is wrong with a scene, in the words of its file.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -42,6 +43,13 @@ bool detects(const Scene& scene);
 /// \return order of the spherical harmonics that the phase functions of `scene` need: isotropic 0,
 /// Henyey-Greenstein 1, others 2.
 int needed_illumination_order(const Scene& scene);
+
+/// \return cells of the illumination grid: the scene's, and where these are 0 as many as make them
+/// cells_in_free_paths wide, but 64 to 128 along the longest edge.
+std::array<int, 3> stored_illumination_resolution(const Scene& scene);
+/// [mean free path] of the densest matter: the width of a cell whose light is 1 % off over a cloud,
+/// after one bounce (docs/light.md).
+inline constexpr double cells_in_free_paths = 1.75;
 
 /// \return the order that is stored: the scene's, or for -1 the highest where any is needed.
 int stored_illumination_order(const Scene& scene);
@@ -97,7 +105,7 @@ inline constexpr Range falloff{"a number", 0, 1e6};
 inline constexpr Range voxels{"an integer", 1, 32768};       // per axis
 inline constexpr Range mesh_voxels{"an integer", 8, 4096};   // along the longest side
 inline constexpr Range majorants{"an integer", 0, 256};      // per axis
-inline constexpr Range illumination{"an integer", 1, 1024};  // per axis
+inline constexpr Range illumination{"an integer", 0, 1024};  // per axis
 inline constexpr Range order{"an integer", -1, 2};
 inline constexpr Range lens{"a number", 0, 1e9};        // [length] radius and distance of focus
 inline constexpr Range pixels{"an integer", 1, 65536};  // per axis

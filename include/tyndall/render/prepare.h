@@ -43,16 +43,24 @@ struct PreparedScene {
   bool is_apart = true;                 ///< the grid lacks direct_lights scattered once
   int bounces = 0;                      ///< before the grid is read
   int film_width = 1, film_height = 1;  ///< of the crop
+  /// Those that are not sure to be black, whatever their samples: in order; empty: all.
+  std::vector<std::uint32_t> bright_pixels;
   float film_unit = 1;
   IlluminationCells cells;
   Vec3f cell_size{1, 1, 1};
   int strata = 1;
   float matter_scale = 1;
   std::uint64_t seed = 1;
-  Detectors detectors;  ///< without memory
+  std::uint64_t hash = 0;  ///< see scene_hash()
+  Detectors detectors;     ///< without memory
 
   std::size_t pixels() const {
     return static_cast<std::size_t>(film_width) * static_cast<std::size_t>(film_height);
+  }
+
+  /// How many there are to gather.
+  std::size_t pixels_to_gather() const {
+    return bright_pixels.empty() ? pixels() : bright_pixels.size();
   }
 
   double shot_power = 0;       ///< [W] of all photons together, each of weight 1

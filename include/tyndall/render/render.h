@@ -5,14 +5,15 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tyndall/render/backend.h"
 #include "tyndall/render/parallel.h"
+#include "tyndall/render/part.h"
 #include "tyndall/render/picture.h"
 #include "tyndall/render/scene.h"
-#include "tyndall/transport/detectors.h"
 #include "tyndall/transport/ledger.h"
 
 namespace tyndall {
@@ -23,11 +24,31 @@ struct Progress {
   std::uint64_t total;
 };
 
+class Renderer;
+
+/// When a render may be looked at, or left: its integers are whole then.
+enum class Moment {
+  measure,    ///< matter or depth, often: the render may be left, but not be looked at
+  batch,      ///< some photons or samples more, often
+  slice,      ///< all pixels have some samples more
+  replicate,  ///< one more is done
+};
+
 struct RenderOptions {
   std::function<void(const Progress&)> progress;  ///< called now and then, by the calling thread
   Stop stop;                                      ///< true ends the render, which throws Stopped
+  /// False ends the render in order.
+  std::function<bool(Renderer&, Moment)> go_on;
   std::uint64_t batch =
       0;  ///< photons or samples per batch, 0: the backend's choice; never changes the result
+  /// Those alone. Photons without samples are only shot; samples without photons have those of
+  /// their replicates shot.
+  std::optional<IndexRange> photons, samples;
+  /// Samples whose replicate has no photons, where it should, are left out: else they are refused.
+  bool allow_gaps = false;
+  /// [s] from the start of the render; photons and samples that do not fit are left out: of the
+  /// first replicate half the time is for photons, later ones are begun where their photons fit.
+  double time_limit = 0;  ///< 0: none
 };
 
 /// The integers that identify a result: equal on every machine, thread count, batch size and
@@ -42,19 +63,57 @@ struct PassSeconds {
 };
 
 struct RenderResult {
+  Frame frame;
   Picture picture;
   Ledger ledger;                ///< fate of every photon and of its power
   Audit shoot, gather;          ///< counts of the walks, majorant violations among them
   std::uint64_t clamped = 0;    ///< film samples that were cut to the film's range
+  double noise = 0;             ///< see relative_noise()
   double photon_power = 0;      ///< [W] of one photon of weight 1
+  Ranges photons, samples;      ///< that are done
+  bool is_complete = true;      ///< whether these are all
+  bool is_preview = false;      ///< a glance at unfinished light, never merged
   int replicates = 1;           ///< that the picture is the mean of; see most_replicates
   double unshot_power[3] = {};  ///< [W] of the lights that could not meet the medium: never shot
-  Detectors detectors;          ///< what there is in `detected`
   std::vector<std::int64_t> detected;  ///< see Detectors::sums; empty where nothing was asked for
   Hashes hashes{};
   PassSeconds seconds;
   std::vector<std::string> warnings;
 };
+
+/// One render, from a scene to its result, that can be left between two batches, looked at, and
+/// taken up again elsewhere.
+class Renderer {
+ public:
+  /// Prepares the scene, which must outlive it. \throws as render()
+  Renderer(const Scene& scene, Backend& backend, RenderOptions options = {});
+  ~Renderer();
+
+  /// Takes up what was done before: photons whose light it keeps, samples, a slice under way.
+  /// \pre nothing has been run \throws Error(input_missing) where it is of another scene; `name` is
+  /// its file's
+  void resume(Partial part, const std::string& name);
+  /// \return whether all that was asked for is done; false: go_on ended it, or the time.
+  bool run();
+
+  /// \return all that is done. Where run() threw Stopped: what it had last written down.
+  const Partial& part();
+  /// \return whether there are samples of all pixels.
+  bool has_picture() const;
+  /// \return whether photons alone were asked for.
+  bool shoots_only() const;
+  /// \return part() as a picture.
+  RenderResult result();
+  /// \return a sample or a few of every pixel that `seconds` are enough for, of the light so far.
+  RenderResult preview(double seconds);
+
+ private:
+  class Work;
+  std::unique_ptr<Work> work_;
+};
+
+/// \return the picture, the hashes and the account of a part.
+RenderResult develop(const Partial& part);
 
 /// Renders `scene` (see check()) on `backend`.
 /// \throws Error (scene_invalid, out_of_memory, device; internal when the ledger does not close),
@@ -80,6 +139,12 @@ std::unique_ptr<Backend> make_cpu_backend(int threads = 0, const std::string& in
 /// "v4" (AVX-512), "v3" (AVX2), "plain" (what the whole program is compiled for).
 std::vector<std::string> instruction_sets();
 
+struct CudaDevices {
+  std::vector<std::string> names;
+  std::string problem;  ///< why there are none
+};
+/// Those of this machine; defined in cuda/.
+CudaDevices cuda_devices();
 /// One CUDA device; defined in cuda/. \throws Error(device) where there is none.
 std::unique_ptr<Backend> make_cuda_backend(int device = 0);
 

@@ -310,7 +310,7 @@ struct Scene {
   double marching_step = 0.0;  ///< [length] of ray_marching; 0: one finest voxel of the components
   Integrator integrator = Integrator::photons;
   std::uint64_t photons = 1000000;
-  std::array<int, 3> illumination_resolution{96, 96, 96};
+  std::array<int, 3> illumination_resolution{0, 0, 0};  ///< 0: chosen from the medium
   int illumination_order =
       -1;  ///< of the spherical harmonics, 0 to 2; -1: 2 unless all scattering is isotropic
   std::uint64_t samples = 16;  ///< per pixel

@@ -5,6 +5,8 @@
 
 #include <cstdint>
 
+#include "tyndall/base/deposit.h"
+
 namespace tyndall {
 
 inline constexpr int max_components = 16;
@@ -41,5 +43,23 @@ struct Audit {
   Count octaves = 0;     ///< octaves of noise summed
   Count violations = 0;  ///< look-ups outside the bounds of their super-voxel: must be 0
 };
+
+/// The account of one worker (or of a whole device).
+struct Account {
+  Ledger ledger;
+  Audit audit;
+};
+
+/// Nothing but counts: an account is also an array of them.
+inline constexpr int account_words = sizeof(Account) / sizeof(std::int64_t);
+
+/// Adds atomically, count by count.
+inline void add(Account& sum, const Account& part) {
+  std::int64_t* to = reinterpret_cast<std::int64_t*>(&sum);
+  const std::int64_t* from = reinterpret_cast<const std::int64_t*>(&part);
+  for (int i = 0; i < account_words; ++i) {
+    if (from[i] != 0) deposit(to[i], from[i]);
+  }
+}
 
 }  // namespace tyndall

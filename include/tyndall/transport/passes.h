@@ -14,24 +14,6 @@
 
 namespace tyndall {
 
-/// The account of one worker (or of a whole device).
-struct Account {
-  Ledger ledger;
-  Audit audit;
-};
-
-/// Nothing but counts: an account is also an array of them.
-inline constexpr int account_words = sizeof(Account) / sizeof(std::int64_t);
-
-/// Adds atomically, count by count.
-inline void add(Account& sum, const Account& part) {
-  std::int64_t* to = reinterpret_cast<std::int64_t*>(&sum);
-  const std::int64_t* from = reinterpret_cast<const std::int64_t*>(&part);
-  for (int i = 0; i < account_words; ++i) {
-    if (from[i] != 0) deposit(to[i], from[i]);
-  }
-}
-
 TYN_HD void deposit_weight(std::int64_t (&tally)[3], Vec3f weight) {
   deposit(tally[0], to_units(weight.x));
   deposit(tally[1], to_units(weight.y));
@@ -376,6 +358,7 @@ struct GatherPass {
   SampleRange samples;
   Film film;
   Account* account;
+  const std::uint32_t* pixels = nullptr;  ///< which are gathered, in order; null: all
 
   static constexpr Domain domain = Domain::pixel_sample;
 
@@ -385,7 +368,8 @@ struct GatherPass {
 
   /// \return whose random numbers path `index` has.
   TYN_HD std::uint64_t stream(std::uint64_t index) const {
-    return camera.window.stream(index / samples.count, samples.begin + index % samples.count);
+    const std::uint64_t i = index / samples.count;
+    return camera.window.stream(pixels ? pixels[i] : i, samples.begin + index % samples.count);
   }
 
   // What becomes of a sample, for every driver. They return false where it is complete; otherwise

@@ -1,4 +1,4 @@
-// The only file with OpenImageIO; built as a module of its own, see io/oiio_module.h.
+// The only file with OpenImageIO; built as a module of its own, see io/module.h.
 #include "io/plugin/oiio.h"
 
 #include <algorithm>
@@ -36,6 +36,11 @@ std::string read(const char* path, TyndallRoom* room, void* user, int& on_curve)
   if (spec.deep || spec.depth > 1 || spec.width < 1 || spec.height < 1 || spec.nchannels < 1)
     return "not a flat image";
   if (static_cast<long long>(spec.width) * spec.height > most) return "more than 2^28 pixels";
+  // No format that light is kept in packs more than a thousand pixels into a byte.
+  const long long pixels = static_cast<long long>(spec.width) * spec.height,
+                  bytes = static_cast<long long>(OIIO::Filesystem::file_size(path));
+  if (pixels / 2000 > bytes)
+    return "claims " + std::to_string(pixels) + " pixels in " + std::to_string(bytes) + " bytes";
   // Radiance files and the like are linear, whatever they say.
   on_curve = !spec.format.is_floating_point()
              && spec.get_string_attribute("oiio:ColorSpace", "sRGB") != "Linear";

@@ -1,4 +1,4 @@
-#include "io/oiio_module.h"
+#include "io/module.h"
 
 #include <dlfcn.h>
 
@@ -13,34 +13,33 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr const char* module_name = "tyndall_oiio.so";
-
 /// Beside the executable (a build), or where an installation puts it, seen from there.
-std::vector<fs::path> module_places() {
+std::vector<fs::path> places_of(const char* module) {
   const fs::path bin = fs::read_symlink("/proc/self/exe").parent_path();
-  std::vector<fs::path> places{bin / module_name};
+  std::vector<fs::path> places{bin / module};
 #ifdef TYNDALL_PLUGIN_DIR
-  places.push_back((bin / TYNDALL_PLUGIN_DIR / module_name).lexically_normal());
+  places.push_back((bin / TYNDALL_PLUGIN_DIR / module).lexically_normal());
 #endif
   return places;
 }
 
 }  // namespace
 
-void* oiio_function(const char* name, std::string& problem) {
+void* module_function(const char* module, const char* name, std::string& problem) {
   std::string looked;
-  for (const fs::path& place : module_places()) {
+  for (const fs::path& place : places_of(module)) {
     std::error_code error;
     if (!fs::exists(place, error)) {
       looked += (looked.empty() ? "" : ", ") + place.parent_path().string();
       continue;
     }
-    void* module = ::dlopen(place.c_str(), RTLD_NOW | RTLD_LOCAL);
-    void* function = module != nullptr ? ::dlsym(module, name) : nullptr;
+    // Global: Open MPI loads parts of its own, which look for its symbols.
+    void* loaded = ::dlopen(place.c_str(), RTLD_NOW | RTLD_GLOBAL);
+    void* function = loaded != nullptr ? ::dlsym(loaded, name) : nullptr;
     if (function == nullptr) problem = ::dlerror();
     return function;
   }
-  problem = fmt::format("{} was not found in {}", module_name, looked);
+  problem = fmt::format("{} was not found in {}", module, looked);
   return nullptr;
 }
 

@@ -1,0 +1,43 @@
+#include "app/failure.h"
+
+#include <exception>
+#include <new>
+
+#include <fmt/format.h>
+
+#include "app/console.h"
+#include "app/signals.h"
+#include "tyndall/render/error.h"
+#include "tyndall/render/parallel.h"
+
+namespace tyndall::app {
+namespace {
+
+int fail(std::string_view who, ExitCode code, std::string_view message) {
+  // Messages about a scene start with the place in its file, for editors to jump to.
+  const char* prefix = code == ExitCode::scene_invalid && who.empty() ? "" : "tyndall: ";
+  say(fmt::format("{}{}{}\n", prefix, who, message));
+  return static_cast<int>(code);
+}
+
+}  // namespace
+
+int tell_failure(std::string_view who) {
+  try {
+    throw;
+  } catch (const Stopped&) {
+    say("tyndall: stopped by a signal; nothing was written\n");
+    return 128 + caught_signal();
+  } catch (const Error& error) {
+    // A call that a signal cut short fails too; the signal is the reason.
+    const int code = fail(who, error.code(), error.what());
+    return caught_signal() != 0 ? 128 + caught_signal() : code;
+  } catch (const std::bad_alloc&) {
+    return fail(who, ExitCode::out_of_memory,
+                "out of memory; lower camera.resolution or the resolutions of the grids");
+  } catch (const std::exception& error) {
+    return fail(who, ExitCode::internal, fmt::format("internal error: {}", error.what()));
+  }
+}
+
+}  // namespace tyndall::app

@@ -1,0 +1,108 @@
+#include "app/merge_command.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "app/console.h"
+#include "app/memory.h"
+#include "app/outputs.h"
+#include "app/signals.h"
+#include "tyndall/render/error.h"
+#include "tyndall/render/render.h"
+#if TYNDALL_ZSTD
+#include "io/part_file.h"
+#endif
+
+namespace tyndall::app {
+
+void refuse_gaps(const Partial& part, const std::string& name, bool allowed, Needs needs) {
+  std::string gaps;
+  if (const Ranges photons = part.photons().missing({0, part.frame.photons}); !photons.empty())
+    gaps += fmt::format("photons {}", photons.text());
+  if (needs == Needs::all) {
+    const Ranges samples = part.samples().missing({0, part.frame.samples});
+    if (!samples.empty())
+      gaps += fmt::format("{}samples {}", gaps.empty() ? "" : " and ", samples.text());
+  }
+  if (gaps.empty()) return;
+  const std::string problem = fmt::format("{}: lacks {} of the render", name, gaps);
+  if (!allowed)
+    throw Error(ExitCode::input_missing,
+                problem + "; add the parts that have them, or --allow-gaps to do without");
+  warn(problem);
+}
+
+#if TYNDALL_ZSTD
+namespace {
+
+/// \return the sum of all parts. \throws Error that names the two files that do not go together
+Partial sum_of(const std::vector<std::string>& paths) {
+  Partial sum = io::read_part(paths[0], available_memory());
+  for (std::size_t i = 1; i < paths.size(); ++i) {
+    try {
+      merge(sum, "the parts before it", io::read_part(paths[i], available_memory()), paths[i]);
+    } catch (const Error&) {
+      sum = {};
+      for (std::size_t k = 0; k < i; ++k) {  // which of those?
+        Partial other = io::read_part(paths[k], available_memory());
+        merge(other, paths[k], io::read_part(paths[i], available_memory()), paths[i]);
+      }
+      throw;
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+#endif
+
+void merge_command(const MergeArguments& arguments) {
+#if TYNDALL_ZSTD
+  Outputs outputs;
+  for (const std::string& path : arguments.outputs) outputs.add(path);
+  outputs.refuse_repeats();
+  refuse_inputs(arguments.parts, outputs.paths());
+  catch_signals();
+  leave_on_signal();
+  outputs.open();
+  const Partial sum = sum_of(arguments.parts);
+  const std::size_t others = arguments.parts.size() - 1;
+  const std::string name =
+      arguments.parts[0] + (others == 0 ? "" : fmt::format(" and {} more", others));
+  const std::vector<std::string>& paths = arguments.outputs;
+  if (!std::all_of(paths.begin(), paths.end(), is_part)) {
+    if (sum.film.pixels.empty()) {
+      throw Error(ExitCode::input_missing,
+                  fmt::format("{}: photons alone make no picture; merge them into a part, which "
+                              "`tyndall render --illumination` gathers samples from",
+                              name));
+    }
+    refuse_gaps(sum, name, arguments.allow_gaps, Needs::all);
+  }
+  for (const Replicate& r : sum.replicates) {
+    if (sum.film.pixels.empty() || r.photons.empty() || !r.samples.empty()) continue;
+    throw Error(
+        ExitCode::input_missing,
+        fmt::format("{}: no samples read the light of photons {}, which would be lost; merge "
+                    "photons alone, and samples alone",
+                    name, r.photons.text()));
+  }
+  RenderResult result = develop(sum);
+  result.picture.provenance = io::provenance(result);
+  for (const std::string& warning : result.warnings) warn(warning);
+  say(fmt::format("merged   {} parts: photons {}, samples {}\n", arguments.parts.size(),
+                  result.photons.text(), result.samples.text()));
+  outputs.write({sum, result, name, "merged", {}});
+  if (arguments.print_hash)
+    print(fmt::format("tallies {:016x} pixels {:016x}\n", result.hashes.tallies,
+                      result.hashes.pixels));
+#else
+  static_cast<void>(arguments);
+  throw Error(ExitCode::usage, "this build merges no parts (TYNDALL_ZSTD is off)");
+#endif
+}
+
+}  // namespace tyndall::app

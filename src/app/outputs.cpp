@@ -1,0 +1,153 @@
+#include "app/outputs.h"
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include "app/console.h"
+#include "io/pfm.h"
+#include "tyndall/render/error.h"
+#if TYNDALL_OPENEXR
+#include "io/exr.h"
+#endif
+#if TYNDALL_OPENIMAGEIO
+#include "io/png.h"
+#endif
+#if TYNDALL_ZSTD
+#include "io/part_file.h"
+#endif
+
+namespace tyndall::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void usage_error(const std::string& message) { throw Error(ExitCode::usage, message); }
+
+struct Format {
+  const char* extension;
+  Writer (*make_writer)();  // finds out whether it can work
+};
+
+const Format formats[] = {
+#if TYNDALL_OPENEXR
+    {".exr",
+     []() -> Writer {
+       return [](const io::Run& run, io::OutputFile& file) {
+         file.write(io::encode_exr(run.result.picture));
+       };
+     }},
+#endif
+#if TYNDALL_OPENIMAGEIO
+    {".png",
+     []() -> Writer {
+       return [png = io::PngEncoder()](const io::Run& run, io::OutputFile& file) {
+         file.write(png.encode(run.result.picture, run.result.frame.exposure));
+       };
+     }},
+#endif
+    {".pfm",
+     []() -> Writer {
+       return [](const io::Run& run, io::OutputFile& file) {
+         file.write(io::encode_pfm(run.result.picture));
+       };
+     }},
+#if TYNDALL_ZSTD
+    {".tyn",
+     []() -> Writer {
+       return [](const io::Run& run, io::OutputFile& file) {
+         io::write_part(without_light(run.part), file);
+       };
+     }},
+#endif
+};
+
+std::string extension_of(const std::string& path) {
+  std::string extension = fs::path(path).extension().string();
+  std::transform(extension.begin(), extension.end(), extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return extension;
+}
+
+}  // namespace
+
+void Outputs::add(const std::string& path) {
+  const std::string extension = extension_of(path);
+  for (const Format& format : formats)
+    if (extension == format.extension) return add(path, format.make_writer());
+  usage_error(fmt::format("{}: this build writes no '{}' pictures, only {}", path, extension,
+                          known_formats()));
+}
+
+void Outputs::add(const std::string& path, Writer writer) {
+  outputs_.push_back({path, std::move(writer), std::nullopt});
+}
+
+void Outputs::refuse_repeats(const std::string& checkpoint) const {
+  std::vector<std::string> all = paths();
+  if (!checkpoint.empty()) all.push_back(checkpoint);
+  std::vector<fs::path> places;
+  for (const std::string& path : all) {
+    std::error_code error;
+    const fs::path from_root = fs::absolute(path, error);
+    fs::path place = error ? fs::path() : fs::weakly_canonical(from_root, error);
+    if (!error && std::find(places.begin(), places.end(), place) != places.end())
+      usage_error(fmt::format("{}: is asked for twice", path));
+    places.push_back(std::move(place));
+  }
+}
+
+std::vector<std::string> Outputs::paths() const {
+  std::vector<std::string> paths;
+  for (const Output& output : outputs_) paths.push_back(output.path);
+  return paths;
+}
+
+void Outputs::open() {
+  for (Output& output : outputs_) output.file.emplace(output.path);
+}
+
+void Outputs::write(const io::Run& run) {
+  std::string failures;
+  for (Output& output : outputs_) {
+    try {
+      if (!output.file) output.file.emplace(output.path);
+      output.writer(run, *output.file);
+      output.file->commit();
+      say(fmt::format("written  {}\n", output.path));
+    } catch (const Error& error) {
+      failures += (failures.empty() ? "" : "\n") + std::string(error.what());
+    }
+    output.file.reset();
+  }
+  if (!failures.empty()) throw Error(ExitCode::output_failed, failures);
+}
+
+std::string known_formats() {
+  std::vector<std::string> names;
+  for (const Format& format : formats) names.push_back(format.extension);
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+std::string default_extension() { return formats[0].extension; }
+
+bool is_part(const std::string& path) { return extension_of(path) == ".tyn"; }
+
+void refuse_inputs(const std::vector<std::string>& inputs,
+                   const std::vector<std::string>& outputs) {
+  for (const std::string& path : outputs) {
+    for (const std::string& input : inputs) {
+      std::error_code error;
+      if (!fs::equivalent(input, path, error)) continue;
+      const bool scene = input == inputs.front();
+      usage_error(fmt::format("{}: is {}", path, scene ? "the scene itself" : "read by the scene"));
+    }
+  }
+}
+
+}  // namespace tyndall::app

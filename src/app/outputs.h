@@ -1,0 +1,50 @@
+/// \file
+/// What a command writes: pictures, parts, reports.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/output_file.h"
+#include "io/report.h"
+
+namespace tyndall::app {
+
+using Writer = std::function<void(const io::Run&, io::OutputFile&)>;
+
+class Outputs {
+ public:
+  /// A file whose name's ending tells its format. \throws Error(usage)
+  void add(const std::string& path);
+  void add(const std::string& path, Writer writer);
+  /// No output may replace another, nor the checkpoint (empty: none). \throws Error(usage)
+  void refuse_repeats(const std::string& checkpoint = {}) const;
+  /// \return their names.
+  std::vector<std::string> paths() const;
+  /// Finds out whether all of them can be written. \throws Error(output_failed)
+  void open();
+  /// Writes every output that can be written, and fails afterwards where one could not: the others
+  /// may hold hours of work. May be called again. \throws Error(output_failed)
+  void write(const io::Run& run);
+
+ private:
+  struct Output {
+    std::string path;
+    Writer writer;
+    std::optional<io::OutputFile> file;
+  };
+  std::vector<Output> outputs_;
+};
+
+/// \return the formats of this build, e.g. ".exr, .png, .pfm".
+std::string known_formats();
+/// \return the ending of pictures where nobody asks for one.
+std::string default_extension();
+bool is_part(const std::string& path);
+
+/// No output may replace what the scene is made of. \throws Error(usage)
+void refuse_inputs(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
+
+}  // namespace tyndall::app

@@ -1,0 +1,34 @@
+#include "app/ranks.h"
+
+#include <cstdlib>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "io/module.h"
+#include "mpi/mpi_module.h"
+#include "tyndall/render/error.h"
+
+namespace tyndall::app {
+
+std::unique_ptr<Communicator> join_ranks() {
+  // What Open MPI, MPICH and their kin tell a rank.
+  const char* size = nullptr;
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS"})
+    if (size == nullptr) size = std::getenv(name);
+  if (size == nullptr) return nullptr;
+  std::string problem;
+  auto* const start = reinterpret_cast<TyndallMpi*>(
+      io::module_function("tyndall_mpi.so", "tyndall_mpi_1", problem));
+  if (start == nullptr) {
+    throw Error(ExitCode::usage,
+                fmt::format("mpirun started {} processes, but this build has no MPI ({}): without "
+                            "it they would all do the same; install libopenmpi-dev and build anew",
+                            size, problem));
+  }
+  std::unique_ptr<Communicator> ranks(start());
+  if (!ranks) throw Error(ExitCode::internal, "MPI could not be started");
+  return ranks;
+}
+
+}  // namespace tyndall::app

@@ -1,0 +1,295 @@
+#include "tyndall/render/part.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "tyndall/base/hash.h"
+#include "tyndall/render/error.h"
+
+namespace tyndall {
+namespace {
+
+/// Partial `i` of `n` nearly equal parts of [0, total).
+IndexRange share(std::uint64_t total, int i, int n) {
+  const auto at = [&](int k) {  // not total * k / n, which may overflow
+    const auto parts = static_cast<std::uint64_t>(n), part = static_cast<std::uint64_t>(k);
+    return total / parts * part + total % parts * part / parts;
+  };
+  return {at(i), at(i + 1)};
+}
+
+[[noreturn]] void refuse(const std::string& a, const std::string& b, const std::string& why) {
+  throw Error(ExitCode::input_missing, fmt::format("{}: cannot be merged with {}: {}", b, a, why));
+}
+
+void require_same(const Frame& a, const std::string& name, const Frame& b,
+                  const std::string& other_name) {
+  if (a.arithmetic != b.arithmetic) {
+    refuse(name, other_name,
+           fmt::format("its arithmetic version is {}, not {}: render both with one version of "
+                       "Tyndall",
+                       b.arithmetic, a.arithmetic));
+  }
+  if (a.seed != b.seed)
+    refuse(name, other_name, fmt::format("its seed is {}, not {}", b.seed, a.seed));
+  if (a.scene_hash != b.scene_hash) {
+    refuse(name, other_name,
+           fmt::format("it is of another scene ({:016x}, not {:016x}); photons.count and "
+                       "gather.samples must be the same, too",
+                       b.scene_hash, a.scene_hash));
+  }
+  // What a hash promises a damaged file need not keep.
+  const auto sizes = [](const Frame& f) {
+    return std::tuple(f.photons, f.samples, f.replicates, f.components, f.width, f.height,
+                      f.light_words, f.groups.size(), f.detectors.count());
+  };
+  if (sizes(a) != sizes(b))
+    refuse(name, other_name, "its sizes are not those of its scene: make it anew");
+}
+
+std::uint64_t hash_of(const std::vector<std::int64_t>& values) {
+  Hasher hasher;
+  hasher.add_all(values.data(), values.size());
+  return hasher.value();
+}
+
+void merge(Replicate& a, const std::string& name, Replicate&& b, const std::string& other_name) {
+  const bool same_light = a.photons == b.photons && light_hash(a) == light_hash(b);
+  if (!same_light) {
+    if (const Ranges twice = a.photons.common(b.photons); !twice.empty())
+      refuse(name, other_name, fmt::format("both have photons {}", twice.text()));
+    const auto is_blank = [](const Replicate& r) { return r.photons.empty() && r.samples.empty(); };
+    if (!is_blank(a) && !is_blank(b) && !(a.samples.empty() && b.samples.empty())) {
+      refuse(name, other_name,
+             "their samples read the light of other photons; shoot all photons first, merge them, "
+             "and give the result to all parts as --illumination");
+    }
+    a.photons.add(b.photons);
+    add(a.shot, b.shot);
+    add_to(a.detected, std::move(b.detected));
+    add_to(a.light, std::move(b.light));
+    if (a.light.empty() && a.light_hash == 0) a.light_hash = b.light_hash;
+  } else if (a.light.empty()) {
+    a.light = std::move(b.light);
+  }
+  a.samples.add(b.samples);
+  add(a.gathered, b.gathered);
+  add_to(a.film, std::move(b.film));
+}
+
+}  // namespace
+
+void add_words(std::int64_t* sums, const std::int64_t* more, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) {
+    sums[i] = static_cast<std::int64_t>(static_cast<std::uint64_t>(sums[i])
+                                        + static_cast<std::uint64_t>(more[i]));
+  }
+}
+
+void add_to(std::vector<std::int64_t>& sums, std::vector<std::int64_t>&& more) {
+  if (sums.empty())
+    sums = std::move(more);
+  else
+    add_words(sums.data(), more.data(), more.size());
+}
+
+void add_to(FilmTallies& sums, FilmTallies&& more) {
+  if (sums.pixels.empty()) {
+    sums = std::move(more);
+  } else {
+    sums.add(more);
+  }
+}
+
+std::uint64_t light_hash(const Replicate& replicate) {
+  return replicate.light.empty() ? replicate.light_hash : hash_of(replicate.light);
+}
+
+void FilmTallies::add(const FilmTallies& other) {
+  constexpr std::size_t words = sizeof(PixelTally) / sizeof(std::int64_t);
+  add_words(reinterpret_cast<std::int64_t*>(pixels.data()),
+            reinterpret_cast<const std::int64_t*>(other.pixels.data()),
+            other.pixels.size() * words);
+  add_words(groups.data(), other.groups.data(), other.groups.size());
+  add_words(&clamped, &other.clamped, 1);
+}
+
+// ---- Ranges
+
+Ranges::Ranges(std::vector<IndexRange> ranges) {
+  for (const IndexRange& range : ranges) add(range);
+}
+
+void Ranges::add(IndexRange range) {
+  if (range.begin >= range.end) return;
+  auto after = std::find_if(ranges_.begin(), ranges_.end(),
+                            [&](const IndexRange& r) { return r.begin >= range.end; });
+  if (after != ranges_.end() && after->begin == range.end) {
+    range.end = after->end;
+    after = ranges_.erase(after);
+  }
+  if (after != ranges_.begin() && std::prev(after)->end == range.begin)
+    std::prev(after)->end = range.end;
+  else
+    ranges_.insert(after, range);
+}
+
+void Ranges::add(const Ranges& other) {
+  for (const IndexRange& range : other.ranges_) add(range);
+}
+
+Ranges Ranges::common(const Ranges& other) const {
+  Ranges both;
+  for (const IndexRange& a : ranges_)
+    for (const IndexRange& b : other.ranges_)
+      both.add({std::max(a.begin, b.begin), std::min(a.end, b.end)});
+  return both;
+}
+
+Ranges Ranges::missing(IndexRange whole) const {
+  Ranges gaps;
+  std::uint64_t from = whole.begin;
+  for (const IndexRange& range : ranges_) {
+    gaps.add({from, std::min(range.begin, whole.end)});
+    from = std::max(from, range.end);
+  }
+  gaps.add({from, whole.end});
+  return gaps;
+}
+
+std::uint64_t Ranges::count() const {
+  std::uint64_t sum = 0;
+  for (const IndexRange& range : ranges_) sum += range.end - range.begin;
+  return sum;
+}
+
+std::string Ranges::text() const {
+  std::string text;
+  for (const IndexRange& range : ranges_)
+    text += fmt::format("{}{}:{}", text.empty() ? "" : ", ", range.begin, range.end);
+  return text.empty() ? "none" : text;
+}
+
+bool Ranges::operator==(const Ranges& other) const {
+  return std::equal(ranges_.begin(), ranges_.end(), other.ranges_.begin(), other.ranges_.end(),
+                    [](const IndexRange& a, const IndexRange& b) {
+                      return a.begin == b.begin && a.end == b.end;
+                    });
+}
+
+// ---- Frames and parts
+
+IndexRange Frame::photons_of(int r) const { return share(photons, r, replicates); }
+IndexRange Frame::samples_of(int r) const { return share(samples, r, replicates); }
+
+std::vector<const Replicate*> Partial::counted() const {
+  std::vector<const Replicate*> all, read;
+  for (const Replicate& r : replicates) {
+    all.push_back(&r);
+    if (!r.samples.empty()) read.push_back(&r);
+  }
+  return read.empty() ? all : read;
+}
+
+Ranges Partial::photons() const {
+  Ranges all;
+  for (const Replicate* r : counted()) all.add(r->photons);
+  return all;
+}
+
+Ranges Partial::samples() const {
+  Ranges all;
+  for (const Replicate* r : counted()) all.add(r->samples);
+  return all;
+}
+
+bool Partial::is_complete() const {
+  return photons().count() == frame.photons && samples().count() == frame.samples;
+}
+
+Partial without_light(Partial part) {
+  part.slice_replicate = -1;
+  part.slice_film = {};
+  if (part.film.pixels.empty()) return part;
+  for (Replicate& r : part.replicates) {
+    if (r.samples.empty()) r = {};
+    r.light_hash = light_hash(r);
+    r.light = {};
+  }
+  return part;
+}
+
+void merge(Partial& part, const std::string& name, Partial other, const std::string& other_name) {
+  require_same(part.frame, name, other.frame, other_name);
+  if (part.matter_hash != 0 && other.matter_hash != 0 && part.matter_hash != other.matter_hash)
+    refuse(name, other_name, "it is of other matter");
+  Ranges twice;
+  for (std::size_t r = 0; r < part.replicates.size(); ++r)
+    twice.add(part.replicates[r].samples.common(other.replicates[r].samples));
+  if (!twice.empty())
+    refuse(name, other_name, fmt::format("both have samples {}", twice.text()));
+  for (std::size_t r = 0; r < part.replicates.size(); ++r)
+    merge(part.replicates[r], name, std::move(other.replicates[r]), other_name);
+  add_to(part.film, std::move(other.film));
+  if (part.matter_hash == 0) part.matter_hash = other.matter_hash;
+  if (part.depth.empty()) part.depth = std::move(other.depth);
+}
+
+std::uint64_t hash_tallies(const Partial& part) {
+  Hasher hasher;
+  hasher.add(part.matter_hash);
+  Account shot{};
+  std::vector<std::int64_t> detected(3 * part.frame.detectors.count());
+  for (const Replicate* r : part.counted()) {
+    if (!r->photons.empty() && part.frame.light_words > 0) hasher.add(light_hash(*r));
+    add(shot, r->shot);
+    add_words(detected.data(), r->detected.data(), r->detected.size());
+  }
+  hasher.add_all(detected.data(), detected.size());
+  // Not the audit: how many look-ups and cells a walk took is no part of its result.
+  hasher.add_all(reinterpret_cast<const std::int64_t*>(&shot.ledger),
+                 sizeof shot.ledger / sizeof(std::int64_t));
+  hasher.add_all(reinterpret_cast<const std::int64_t*>(part.film.pixels.data()),
+                 part.film.pixels.size() * (sizeof(PixelTally) / sizeof(std::int64_t)));
+  hasher.add_all(part.film.groups.data(), part.film.groups.size());
+  return hasher.value();
+}
+
+double relative_noise(const Partial& part) {
+  double n = 0, squares_of_n = 0;
+  int replicates = 0;
+  for (const Replicate& r : part.replicates) {
+    const auto samples = static_cast<double>(r.samples.count());
+    n += samples;
+    squares_of_n += samples * samples;
+    replicates += samples > 0;
+  }
+  if (replicates < 2) return std::numeric_limits<double>::infinity();
+  const auto luminance = [](const std::int64_t* rgb) {  // Rec. 709
+    return 0.2126 * static_cast<double>(rgb[0]) + 0.7152 * static_cast<double>(rgb[1])
+           + 0.0722 * static_cast<double>(rgb[2]);
+  };
+  double mean_sum = 0, variance_sum = 0;
+  for (std::size_t i = 0; i < part.film.pixels.size(); ++i) {
+    const PixelTally& pixel = part.film.pixels[i];
+    if (pixel.hits == 0) continue;
+    const double mean = luminance(pixel.sum) / n;
+    double off = 0;
+    for (const Replicate& r : part.replicates) {
+      if (r.film.empty()) continue;
+      const double d = luminance(&r.film[3 * i]) - static_cast<double>(r.samples.count()) * mean;
+      off += d * d;
+    }
+    mean_sum += mean * mean;
+    variance_sum += off / (n * n) * replicates / (replicates - 1);
+  }
+  return mean_sum > 0 ? std::sqrt(variance_sum / mean_sum)
+                      : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace tyndall

@@ -1,0 +1,43 @@
+/// \file
+/// What the targets share: bytes as a file, and errors that are as they should be.
+#pragma once
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+
+#include "tyndall/render/error.h"
+
+namespace tyndall::fuzz {
+
+/// A file of `size` bytes, in memory.
+class File {
+ public:
+  File(const std::uint8_t* bytes, std::size_t size) : number_(::memfd_create("fuzz", 0)) {
+    if (number_ < 0 || ::write(number_, bytes, size) != static_cast<ssize_t>(size)) std::abort();
+  }
+  ~File() { ::close(number_); }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+  std::string path() const { return "/proc/self/fd/" + std::to_string(number_); }
+
+ private:
+  int number_;
+};
+
+/// Refusals have a reason; anything else that is thrown is a finding.
+template <class Read>
+int expect_an_error_at_most(Read&& read) {
+  try {
+    read();
+  } catch (const Error& error) {
+    if (error.what()[0] == '\0' || error.code() == ExitCode::internal) std::abort();
+  }
+  return 0;
+}
+
+}  // namespace tyndall::fuzz

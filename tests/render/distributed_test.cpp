@@ -1,0 +1,126 @@
+/// \file
+/// Any number of ranks gives the bits of one; here they are threads.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <barrier>
+#include <cstring>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "support/scenes.h"
+#include "tyndall/render/communicator.h"
+#include "tyndall/render/error.h"
+
+namespace tyndall::test {
+namespace {
+
+/// What the ranks share.
+struct Machine {
+  explicit Machine(int n) : size(n), all(n) {}
+  const int size;
+  std::barrier<> all;
+  void* told = nullptr;
+  std::vector<std::int64_t> sums;
+  std::mutex mutex;
+  std::atomic<std::uint64_t> tickets{0};
+};
+
+class ThreadRank final : public Communicator {
+ public:
+  ThreadRank(Machine& machine, int rank) : machine_(machine), rank_(rank) {}
+  int rank() const override { return rank_; }
+  int size() const override { return machine_.size; }
+  int local_rank() const override { return rank_; }
+  int local_size() const override { return machine_.size; }
+  void broadcast(void* bytes, std::size_t size) override {
+    if (rank_ == 0) machine_.told = bytes;
+    machine_.all.arrive_and_wait();
+    if (rank_ > 0 && size > 0) std::memcpy(bytes, machine_.told, size);
+    machine_.all.arrive_and_wait();
+  }
+  void add_up(std::int64_t* values, std::size_t count) override {
+    if (rank_ == 0) machine_.sums.assign(values, values + count);
+    machine_.all.arrive_and_wait();
+    if (rank_ > 0) {
+      const std::lock_guard lock(machine_.mutex);
+      for (std::size_t i = 0; i < count; ++i) machine_.sums[i] += values[i];
+    }
+    machine_.all.arrive_and_wait();
+    if (rank_ == 0) std::copy(machine_.sums.begin(), machine_.sums.end(), values);
+  }
+  std::uint64_t next_ticket() override { return machine_.tickets++; }
+  void abort(int) override { std::abort(); }
+
+ private:
+  Machine& machine_;
+  const int rank_;
+};
+
+/// \param others the scene that ranks other than 0 have
+RenderResult render_by(int n, const Scene& scene, const Scene& others,
+                       const RenderOptions& options = {}) {
+  Machine machine(n);
+  std::vector<std::thread> threads;
+  for (int r = 1; r < n; ++r) {
+    threads.emplace_back([&, r] {
+      ThreadRank rank(machine, r);
+      const auto local = make_cpu_backend(1);
+      serve(others, *local, rank);
+    });
+  }
+  struct Join {
+    std::vector<std::thread>& threads;
+    ~Join() {
+      for (std::thread& thread : threads) thread.join();
+    }
+  } const join{threads};
+  ThreadRank rank(machine, 0);
+  const auto local = make_cpu_backend(1);
+  const auto all = make_distributed_backend(*local, rank);
+  return render(scene, *all, options);
+}
+
+Scene small() {
+  Scene scene = coloured();
+  scene.photons = 2000;
+  scene.samples = 9;
+  scene.illumination_resolution = {5, 5, 5};
+  scene.camera.resolution = {12, 7};
+  scene.detectors.flux = {2, 2};
+  return scene;
+}
+
+TEST(Distributed, any_number_of_ranks_gives_one_result) {
+  const Scene scene = small();
+  const RenderResult alone = render(scene, *make_cpu_backend());
+  RenderOptions options;
+  for (const int n : {1, 2, 3, 5}) {
+    for (const std::uint64_t batch : {0u, 13u}) {
+      SCOPED_TRACE(testing::Message() << n << " ranks, batches of " << batch);
+      options.batch = batch;
+      const RenderResult result = render_by(n, scene, scene, options);
+      EXPECT_EQ(result.hashes.tallies, alone.hashes.tallies);
+      EXPECT_EQ(result.hashes.pixels, alone.hashes.pixels);
+      EXPECT_EQ(result.detected, alone.detected);
+      EXPECT_EQ(layer(result, "depth").values, layer(alone, "depth").values);
+      EXPECT_EQ(std::memcmp(&result.ledger, &alone.ledger, sizeof alone.ledger), 0);
+    }
+  }
+}
+
+TEST(Distributed, ranks_that_read_another_scene_are_found_out) {
+  Scene other = small();
+  other.medium.components[0].extinction *= 1.0001;
+  try {
+    render_by(3, small(), other);
+    ADD_FAILURE() << "rendered";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("2 of 3 ranks read another scene"), std::string::npos)
+        << error.what();
+  }
+}
+
+}  // namespace
+}  // namespace tyndall::test

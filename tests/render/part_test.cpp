@@ -1,0 +1,358 @@
+/// \file
+/// Parts of a render add up to the whole, bit for bit.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "support/scenes.h"
+#include "tyndall/render/error.h"
+#if TYNDALL_RAPIDCHECK
+#include <rapidcheck.h>
+#endif
+
+namespace tyndall::test {
+namespace {
+
+Scene small() {
+  Scene scene = coloured();
+  scene.photons = 400;
+  scene.samples = 11;
+  scene.illumination_resolution = {4, 4, 4};
+  scene.camera.resolution = {5, 4};
+  scene.detectors.flux = {3, 3};
+  scene.detectors.absorbed = {2, 2, 2};
+  scene.lights.push_back(scene::EnvironmentLight{{0.1, 0.2, 1}});
+  return scene;
+}
+
+struct Asked {
+  std::optional<IndexRange> photons, samples;
+};
+
+Partial part_of(const Scene& scene, const Asked& asked, const Partial* light = nullptr,
+                std::uint64_t batch = 0) {
+  RenderOptions options;
+  options.photons = asked.photons;
+  options.samples = asked.samples;
+  options.batch = batch;
+  if (light) options.photons = {0, 0};
+  const auto backend = make_cpu_backend(2);
+  Renderer renderer(scene, *backend, options);
+  if (light) renderer.resume(*light, "light");
+  EXPECT_TRUE(renderer.run());
+  return without_light(renderer.part());
+}
+
+bool same(const RenderResult& a, const RenderResult& b) {
+  return a.hashes.tallies == b.hashes.tallies && a.hashes.pixels == b.hashes.pixels;
+}
+
+/// Merges in the given order. \pre one part at least
+Partial sum(std::vector<Partial> parts) {
+  Partial all = std::move(parts.front());
+  for (std::size_t i = 1; i < parts.size(); ++i) merge(all, "a", std::move(parts[i]), "b");
+  return all;
+}
+
+// ---- Ranges
+
+TEST(RangesTest, join_where_they_touch) {
+  Ranges ranges;
+  ranges.add({5, 9});
+  ranges.add({1, 3});
+  ranges.add({12, 12});  // nothing
+  EXPECT_EQ(ranges.text(), "1:3, 5:9");
+  ranges.add({3, 5});
+  EXPECT_EQ(ranges.text(), "1:9");
+  EXPECT_EQ(ranges.count(), 8u);
+  EXPECT_EQ(Ranges().text(), "none");
+}
+
+TEST(RangesTest, know_what_they_lack_and_share) {
+  const Ranges ranges({{2, 4}, {6, 8}});
+  EXPECT_EQ(ranges.missing({0, 10}).text(), "0:2, 4:6, 8:10");
+  EXPECT_EQ(ranges.missing({3, 7}).text(), "4:6");
+  EXPECT_EQ(ranges.missing({6, 8}).text(), "none");
+  EXPECT_EQ(ranges.common(Ranges({{3, 7}})).text(), "3:4, 6:7");
+}
+
+// ---- Parts
+
+TEST(Parts, samples_in_any_parts_make_the_whole_picture) {
+  const Scene scene = small();
+  const RenderResult whole = render(scene, *make_cpu_backend());
+  EXPECT_TRUE(whole.is_complete);
+  for (const std::uint64_t cut : {1u, 4u, 10u}) {
+    const Partial both =
+        sum({part_of(scene, {{}, IndexRange{cut, 11}}), part_of(scene, {{}, IndexRange{0, cut}})});
+    EXPECT_TRUE(both.is_complete());
+    EXPECT_TRUE(same(develop(both), whole)) << cut;
+  }
+}
+
+TEST(Parts, a_range_of_samples_is_the_same_picture_wherever_it_ends) {
+  const Scene scene = small();
+  const RenderResult part = develop(part_of(scene, {{}, IndexRange{0, 6}}));
+  EXPECT_FALSE(part.is_complete);
+  EXPECT_EQ(part.samples.text(), "0:6");
+  EXPECT_TRUE(same(develop(part_of(scene, {{}, IndexRange{0, 6}}, nullptr, 3)), part));
+  // The end of a time limit: the render was left there.
+  const auto backend = make_cpu_backend();
+  RenderOptions options;
+  options.go_on = [](Renderer& r, Moment moment) {
+    return moment == Moment::batch || r.part().samples().count() < 6;
+  };
+  Renderer left(scene, *backend, options);
+  EXPECT_FALSE(left.run());
+  ASSERT_EQ(left.part().samples().text(), "0:6");
+  EXPECT_TRUE(same(left.result(), part));
+}
+
+TEST(Parts, a_render_left_anywhere_goes_on_to_the_same_end) {
+  const Scene scene = small();
+  const RenderResult whole = render(scene, *make_cpu_backend());
+  for (int stop_at = 1; stop_at < 200; stop_at += 3) {
+    int moments = 0;
+    RenderOptions options;
+    options.batch = 7;
+    options.go_on = [&](Renderer&, Moment) { return ++moments < stop_at; };
+    const auto backend = make_cpu_backend(1);
+    Renderer first(scene, *backend, options);
+    if (first.run()) {
+      EXPECT_GT(stop_at, 50) << "too few moments for a test";
+      break;
+    }
+    const Partial left = first.part();
+    options.go_on = {};
+    options.batch = 23;
+    Renderer second(scene, *backend, options);
+    second.resume(left, "checkpoint");
+    ASSERT_TRUE(second.run());
+    ASSERT_TRUE(same(second.result(), whole)) << "left at moment " << stop_at;
+  }
+}
+
+TEST(Parts, that_nothing_is_missing_of_are_done_whoever_ends_them) {
+  const Scene scene = small();
+  RenderOptions options;
+  options.go_on = [](Renderer& r, Moment moment) {
+    return moment == Moment::batch || r.part().samples().count() < 11;
+  };
+  const auto backend = make_cpu_backend();
+  Renderer renderer(scene, *backend, options);
+  EXPECT_TRUE(renderer.run());
+}
+
+TEST(Parts, are_looked_at_without_harm) {
+  const Scene scene = small();
+  const RenderResult whole = render(scene, *make_cpu_backend());
+  RenderOptions options;
+  options.batch = 16;
+  int previews = 0;
+  options.go_on = [&](Renderer& renderer, Moment moment) {
+    if (moment == Moment::measure) return true;
+    if (renderer.has_picture()) {
+      EXPECT_EQ(renderer.result().picture.rgba.size(), 80u);
+    } else {
+      EXPECT_TRUE(renderer.preview(1).is_preview);
+      ++previews;
+    }
+    return true;
+  };
+  const auto backend = make_cpu_backend();
+  Renderer renderer(scene, *backend, options);
+  EXPECT_TRUE(renderer.run());
+  EXPECT_GT(previews, 0);
+  EXPECT_TRUE(same(renderer.result(), whole));
+}
+
+TEST(Parts, end_with_the_time) {
+  Scene scene = small();
+  scene.photons = 1000000;
+  scene.samples = 1000000;
+  RenderOptions options;
+  options.time_limit = 0.5;
+  const auto backend = make_cpu_backend();
+  Renderer renderer(scene, *backend, options);
+  EXPECT_FALSE(renderer.run());
+  const RenderResult result = renderer.result();
+  EXPECT_GT(result.samples.count(), 0u);
+  EXPECT_FALSE(result.is_complete);
+  // The ranges that it tells of give the same picture.
+  ASSERT_EQ(result.photons.list().size(), 1u);
+  ASSERT_EQ(result.samples.list().size(), 1u);
+  const Partial again = part_of(scene, {result.photons.list()[0], result.samples.list()[0]});
+  EXPECT_TRUE(same(develop(again), result));
+}
+
+TEST(Parts, whose_first_photons_were_cut_by_the_time_go_on_to_the_same_end) {
+  const Scene scene = small();
+  const RenderResult whole = render(scene, *make_cpu_backend());
+  // As a limit of time leaves it: a part of the first replicate's photons, read by its samples.
+  for (const bool keeps_light : {true, false}) {
+    RenderOptions options;
+    options.photons = IndexRange{0, 20};
+    options.samples = IndexRange{0, 1};
+    const auto backend = make_cpu_backend();
+    Renderer cut(scene, *backend, options);
+    ASSERT_TRUE(cut.run());
+    Partial left = cut.part();
+    ASSERT_EQ(left.samples().text(), "0:1");
+    if (keeps_light) {
+      options.samples = {};
+      Renderer light(scene, *backend, options);
+      ASSERT_TRUE(light.run());
+      left.replicates[0].light = light.part().replicates[0].light;
+    }
+    Renderer second(scene, *backend);
+    second.resume(left, "checkpoint");
+    ASSERT_TRUE(second.run());
+    EXPECT_TRUE(same(second.result(), whole)) << keeps_light;
+  }
+}
+
+TEST(Parts, previews_are_the_picture_of_their_ranges) {
+  Scene scene = small();
+  scene.photons = 40000;  // more than a batch of each replicate
+  const auto backend = make_cpu_backend(2);
+  RenderOptions options;
+  options.batch = 1000;
+  options.go_on = [](Renderer&, Moment) { return false; };
+  Renderer renderer(scene, *backend, options);
+  EXPECT_FALSE(renderer.run());
+  const RenderResult preview = renderer.preview(0.2);
+  EXPECT_EQ(preview.photons.text(), "0:1000");
+  ASSERT_EQ(preview.samples.list().size(), 1u);
+  const Asked ranges{IndexRange{0, 1000}, preview.samples.list()[0]};
+  EXPECT_TRUE(same(develop(part_of(scene, ranges)), preview));
+}
+
+TEST(Parts, without_photons_may_be_left_out) {
+  const Scene scene = small();  // 8 replicates of 50 photons
+  const Partial light =
+      sum({part_of(scene, {IndexRange{0, 100}, {}}), part_of(scene, {IndexRange{150, 400}, {}})});
+  RenderOptions options;
+  options.photons = {0, 0};
+  options.samples = {0, 11};
+  options.allow_gaps = true;
+  const auto backend = make_cpu_backend(2);
+  Renderer renderer(scene, *backend, options);
+  renderer.resume(light, "light");
+  EXPECT_TRUE(renderer.run());
+  const Partial& part = renderer.part();
+  EXPECT_EQ(part.samples().missing({0, 11}).text(), Ranges({part.frame.samples_of(2)}).text());
+  EXPECT_EQ(part.photons().text(), "0:100, 150:400");
+  EXPECT_FALSE(renderer.result().is_complete);
+}
+
+TEST(Parts, without_photons_of_theirs_are_refused) {
+  EXPECT_THROW(part_of(small(), {IndexRange{0, 200}, IndexRange{0, 11}}), Error);
+}
+
+TEST(Parts, noise_is_that_of_the_picture) {
+  Scene scene = small();
+  scene.samples = 64;
+  scene.photons = 4000;
+  // From pictures of several seeds: the spread of their luminance about its mean.
+  const std::vector<RenderResult> results = replicates(scene, 24);
+  double told = 0, mean_squares = 0, variances = 0;
+  for (const RenderResult& r : results) told += r.noise * r.noise / 24;
+  const auto luminance = [](const RenderResult& r, std::size_t i) {
+    const float* rgb = &r.picture.rgba[4 * i];
+    return 0.2126 * double{rgb[0]} + 0.7152 * double{rgb[1]} + 0.0722 * double{rgb[2]};
+  };
+  for (std::size_t i = 0; i < 20; ++i) {
+    Series s;
+    for (const RenderResult& r : results) s.add(luminance(r, i));
+    if (!(results[0].picture.rgba[4 * i + 3] > 0)) continue;
+    mean_squares += s.mean() * s.mean();
+    variances += s.standard_error() * s.standard_error() * 24;
+  }
+  EXPECT_NEAR(std::sqrt(told), std::sqrt(variances / mean_squares),
+              0.25 * std::sqrt(variances / mean_squares));
+}
+
+/// The parts cannot be merged, and the message says why, and names both.
+void expect_refused(Partial a, Partial b, const std::string& why) {
+  try {
+    merge(a, "a.tyn", std::move(b), "b.tyn");
+    ADD_FAILURE() << "merged; expected: " << why;
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::input_missing);
+    const std::string message = error.what();
+    EXPECT_NE(message.find(why), std::string::npos) << message;
+    EXPECT_EQ(message.find("b.tyn: cannot be merged with a.tyn: "), 0u) << message;
+  }
+}
+
+TEST(Parts, that_do_not_belong_together_are_refused) {
+  const Scene scene = small();
+  const Partial whole = part_of(scene, {});
+  expect_refused(whole, whole, "both have samples");
+  expect_refused(part_of(scene, {IndexRange{0, 200}, {}}),
+                 part_of(scene, {IndexRange{120, 300}, {}}), "both have photons");
+  Scene other = scene;
+  other.seed = 2;
+  expect_refused(whole, part_of(other, {}), "its seed is 2, not 1");
+  other = scene;
+  other.medium.components[0].extinction = 21;
+  expect_refused(whole, part_of(other, {}), "another scene");
+  Partial older = whole;
+  older.frame.arithmetic = 1;
+  expect_refused(whole, older, "arithmetic version is 1");
+  // Of one replicate, samples that read the light of some of its photons and of others.
+  expect_refused(part_of(scene, {IndexRange{350, 360}, IndexRange{9, 10}}),
+                 part_of(scene, {IndexRange{360, 400}, IndexRange{10, 11}}),
+                 "light of other photons");
+}
+
+#if TYNDALL_RAPIDCHECK
+/// Cuts [0, n) at up to `most` places.
+std::vector<IndexRange> cut(std::uint64_t n, int most) {
+  std::vector<std::uint64_t> at = *rc::gen::container<std::vector<std::uint64_t>>(
+      static_cast<std::size_t>(*rc::gen::inRange(0, most + 1)),
+      rc::gen::inRange<std::uint64_t>(1, n));
+  at.push_back(0), at.push_back(n);
+  std::sort(at.begin(), at.end());
+  at.erase(std::unique(at.begin(), at.end()), at.end());
+  std::vector<IndexRange> ranges;
+  for (std::size_t i = 1; i < at.size(); ++i) ranges.push_back({at[i - 1], at[i]});
+  for (std::size_t i = ranges.size(); i > 1; --i)
+    std::swap(ranges[i - 1], ranges[*rc::gen::inRange<std::size_t>(0, i)]);
+  return ranges;
+}
+
+TEST(Parts, whose_sizes_are_not_what_their_hash_promises_are_refused) {
+  const Partial a = part_of(small(), {{}, IndexRange{0, 4}});
+  const Partial b = part_of(small(), {{}, IndexRange{4, 11}});
+  const auto expect_refused = [&](const auto& change) {
+    Partial sum = a, other = b;
+    change(other.frame);
+    EXPECT_THROW(merge(sum, "a", other, "b"), Error);
+  };
+  expect_refused([](Frame& f) { f.width = 6; });
+  expect_refused([](Frame& f) { f.replicates = 7; });
+  expect_refused([](Frame& f) { f.light_words += 1; });
+  expect_refused([](Frame& f) { f.groups.push_back("more"); });
+  expect_refused([](Frame& f) { f.detectors.nx = 1; });
+}
+
+TEST(Parts, any_split_in_any_order_of_photons_and_of_samples_gives_one_hash) {
+  const Scene scene = small();
+  const RenderResult whole = render(scene, *make_cpu_backend());
+  EXPECT_TRUE(rc::check([&] {
+    std::vector<Partial> parts;
+    for (const IndexRange& range : cut(400, 4)) parts.push_back(part_of(scene, {range, {}}));
+    const Partial light = sum(std::move(parts));
+    RC_ASSERT(light.photons().text() == "0:400");
+    parts.clear();
+    for (const IndexRange& range : cut(11, 4)) parts.push_back(part_of(scene, {{}, range}, &light));
+    RC_ASSERT(same(develop(sum(std::move(parts))), whole));
+  }));
+}
+#endif
+
+}  // namespace
+}  // namespace tyndall::test
