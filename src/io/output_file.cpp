@@ -1,5 +1,6 @@
 #include "io/output_file.h"
 
+#include <dirent.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -14,6 +15,7 @@
 #include <cstring>
 #include <ctime>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <system_error>
 #include <utility>
@@ -102,17 +104,22 @@ std::string folder_of(const std::string& target) {
 /// Takes away what a process that was killed left in `folder`: temporaries live as long as the lock
 /// that their writer holds. A young one may not have been locked yet.
 void remove_leftovers(const std::string& folder) {
-  std::error_code error;
-  for (auto entry = fs::directory_iterator(folder, error); !error && entry != fs::end(entry);
-       entry.increment(error)) {
-    const std::string name = entry->path().filename().string();
+  // Not directory_iterator, which ends the program where it finds no memory.
+  struct Close {
+    void operator()(DIR* folder) const { ::closedir(folder); }
+  };
+  const std::unique_ptr<DIR, Close> list(::opendir(folder.c_str()));
+  if (!list) return;
+  while (const dirent* entry = ::readdir(list.get())) {
+    const std::string_view name = entry->d_name;
     if (!name.starts_with(temporary_prefix) || !name.ends_with(temporary_suffix)) continue;
-    int file = ::open(entry->path().c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    int file = ::openat(::dirfd(list.get()), entry->d_name,
+                        O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
     struct stat status {};
     if (file < 0) continue;
     if (::fstat(file, &status) == 0 && S_ISREG(status.st_mode)
         && std::time(nullptr) - status.st_mtime > 60 && ::flock(file, LOCK_EX | LOCK_NB) == 0)
-      ::unlink(entry->path().c_str());
+      ::unlinkat(::dirfd(list.get()), entry->d_name, 0);
     ::close(file);
   }
 }

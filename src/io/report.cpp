@@ -7,6 +7,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "render/account.h"
+
 namespace tyndall::io {
 namespace {
 
@@ -15,28 +17,6 @@ using Count = Ledger::Count;
 std::string hex(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
 
 double ratio(double part, double whole) { return whole == 0.0 ? 0.0 : part / whole; }
-
-/// What went in and where it ended, in photons or in units of one channel's power.
-struct Balance {
-  Count shot = 0, missed = 0, escaped = 0, absorbed = 0, rouletted = 0, stalled = 0;
-
-  bool closes() const { return shot == missed + escaped + absorbed + rouletted + stalled; }
-};
-
-Balance photon_balance(const Ledger& ledger) {
-  Balance sum{ledger.shot, ledger.missed, 0, 0, ledger.rouletted, ledger.stalled};
-  for (Count face : ledger.escaped) sum.escaped += face;
-  for (Count component : ledger.absorbed) sum.absorbed += component;
-  return sum;
-}
-
-Balance power_balance(const Ledger& ledger, int channel) {
-  Balance sum{ledger.shot_power[channel],     ledger.missed_power[channel], 0, 0,
-              ledger.roulette_power[channel], ledger.stalled_power[channel]};
-  for (const auto& face : ledger.escaped_power) sum.escaped += face[channel];
-  for (const auto& component : ledger.absorbed_power) sum.absorbed += component[channel];
-  return sum;
-}
 
 bool power_closes(const Ledger& ledger) {
   return power_balance(ledger, 0).closes() && power_balance(ledger, 1).closes()
@@ -210,7 +190,7 @@ std::string power_line(const RenderResult& result) {
 std::string bounds_line(const RenderResult& result) {
   if (!result.frame.has_bounds) return "bounds   not used\n";
   return fmt::format("bounds   {} violations; one look-up in 256 is audited\n",
-                     result.shoot.violations + result.gather.violations);
+                     violations(result.shoot, result.gather));
 }
 
 double photons_per_second(const RenderResult& result) {

@@ -10,47 +10,71 @@
 namespace tyndall {
 namespace {
 
-std::int64_t sum(const std::int64_t* counts, int n) {
-  std::int64_t s = 0;
-  for (int i = 0; i < n; ++i) s += counts[i];
-  return s;
+using Count = Ledger::Count;
+
+void add_to(Count& sum, Count more) {
+  sum = static_cast<Count>(static_cast<std::uint64_t>(sum) + static_cast<std::uint64_t>(more));
 }
 
 }  // namespace
 
+Count Balance::ended() const {
+  Count sum = 0;
+  for (const Count count : {missed, escaped, absorbed, rouletted, stalled}) add_to(sum, count);
+  return sum;
+}
+
+Balance photon_balance(const Ledger& ledger) {
+  Balance balance{ledger.shot, ledger.missed, 0, 0, ledger.rouletted, ledger.stalled};
+  for (const Count face : ledger.escaped) add_to(balance.escaped, face);
+  for (const Count component : ledger.absorbed) add_to(balance.absorbed, component);
+  return balance;
+}
+
+Balance power_balance(const Ledger& ledger, int channel) {
+  Balance balance{ledger.shot_power[channel],     ledger.missed_power[channel], 0, 0,
+                  ledger.roulette_power[channel], ledger.stalled_power[channel]};
+  for (const auto& face : ledger.escaped_power) add_to(balance.escaped, face[channel]);
+  for (const auto& component : ledger.absorbed_power) add_to(balance.absorbed, component[channel]);
+  return balance;
+}
+
+Count violations(const Audit& shoot, const Audit& gather) {
+  Count sum = shoot.violations;
+  add_to(sum, gather.violations);
+  return sum;
+}
+
 void close(const Ledger& ledger) {
-  const std::int64_t ended = ledger.missed + sum(ledger.escaped, 6)
-                             + sum(ledger.absorbed, max_components) + ledger.rouletted
-                             + ledger.stalled;
-  if (ended != ledger.shot) {
+  if (const Balance photons = photon_balance(ledger); !photons.closes()) {
     throw Error(
         ExitCode::internal,
         fmt::format("the ledger does not close: {} photons were shot, {} ended (a defect of "
                     "Tyndall or of this machine's memory; please report it)",
-                    ledger.shot, ended));
+                    photons.shot, photons.ended()));
   }
   for (int c = 0; c < 3; ++c) {
-    std::int64_t power =
-        ledger.missed_power[c] + ledger.roulette_power[c] + ledger.stalled_power[c];
-    for (const auto& face : ledger.escaped_power) power += face[c];
-    for (const auto& component : ledger.absorbed_power) power += component[c];
-    if (power != ledger.shot_power[c]) {
+    if (const Balance power = power_balance(ledger, c); !power.closes()) {
       throw Error(ExitCode::internal,
                   fmt::format("the ledger does not close: of the {} units of {} power shot, {} are "
                               "accounted for (a defect of Tyndall or of this machine's memory; "
                               "please report it)",
-                              ledger.shot_power[c],
+                              power.shot,
                               c == 0   ? "red"
                               : c == 1 ? "green"
                                        : "blue",
-                              power));
+                              power.ended()));
     }
   }
 }
 
 double stalled_share(const Ledger& ledger) {
-  const auto total = static_cast<double>(sum(ledger.shot_power, 3));
-  return total > 0 ? static_cast<double>(sum(ledger.stalled_power, 3)) / total : 0.0;
+  double total = 0, stalled = 0;
+  for (int c = 0; c < 3; ++c) {
+    total += static_cast<double>(ledger.shot_power[c]);
+    stalled += static_cast<double>(ledger.stalled_power[c]);
+  }
+  return total > 0 ? stalled / total : 0.0;
 }
 
 void refuse_stalled(const Ledger& ledger) {

@@ -126,11 +126,11 @@ RenderResult develop(const Partial& part) {
     result.warnings.push_back(
         fmt::format("{:.3g} of the power stalled in endless flights: a bias", stalled));
   }
-  if (const auto violations = result.shoot.violations + result.gather.violations; violations > 0) {
+  if (const Ledger::Count outside = violations(result.shoot, result.gather); outside != 0) {
     result.warnings.push_back(
         fmt::format("{} audited look-ups lay outside the bounds of their super-voxel: the picture "
                     "is biased (a defect of Tyndall; please report it)",
-                    violations));
+                    outside));
   }
   if (result.clamped > 0) {
     result.warnings.push_back(fmt::format(

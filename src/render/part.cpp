@@ -231,8 +231,7 @@ void merge(Partial& part, const std::string& name, Partial other, const std::str
   Ranges twice;
   for (std::size_t r = 0; r < part.replicates.size(); ++r)
     twice.add(part.replicates[r].samples.common(other.replicates[r].samples));
-  if (!twice.empty())
-    refuse(name, other_name, fmt::format("both have samples {}", twice.text()));
+  if (!twice.empty()) refuse(name, other_name, fmt::format("both have samples {}", twice.text()));
   for (std::size_t r = 0; r < part.replicates.size(); ++r)
     merge(part.replicates[r], name, std::move(other.replicates[r]), other_name);
   add_to(part.film, std::move(other.film));

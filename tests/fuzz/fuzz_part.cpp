@@ -89,16 +89,21 @@ std::string checkpoint() {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-tyndall::Partial the_rest() {
-  tyndall::RenderOptions options;
-  options.samples = {4, 9};
-  return rendered(options);
+/// Of the render that the seeds began.
+const tyndall::Partial& the_rest() {
+  static const tyndall::Partial rest = [] {
+    tyndall::RenderOptions options;
+    options.samples = {4, 9};
+    return rendered(options);
+  }();
+  return rest;
 }
 
 }  // namespace
 
 /// Writes a seed to the folder that TYNDALL_FUZZ_SEEDS names.
 extern "C" int LLVMFuzzerInitialize(int*, char***) {
+  the_rest();  // takes longer than an input may
   if (const char* folder = std::getenv("TYNDALL_FUZZ_SEEDS")) {
     const std::string file = checkpoint();
     std::ofstream(std::string(folder) + "/file", std::ios::binary) << file;
@@ -115,8 +120,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     Partial part = io::parse_part(input, "part", std::uint64_t{256} << 20);
     if (!part.film.pixels.empty()) develop(part);
     hash_tallies(part);
-    static const Partial rest = the_rest();  // of the render that the seeds began
-    merge(part, "part", rest, "rest");
+    merge(part, "part", the_rest(), "rest");
     develop(part);
     without_light(std::move(part));
   });
