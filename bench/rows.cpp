@@ -49,7 +49,7 @@ class ReferenceRow final : public Row {
               begin, begin + count, 64, threads_, [&](std::uint64_t first, std::uint64_t last) {
                 Account account;
                 const ShootPass<Medium, Sampler> pass{
-                    medium, sampler_, lights, scene_.seed, {cells_, sums_.data()}, &account};
+                    medium, sampler_, lights, scene_.seed, {cells_, sums_.data()}, {&account}};
                 for (std::uint64_t i = first; i < last; ++i) pass(i);
                 add(sample.account, account);
               });

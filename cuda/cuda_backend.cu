@@ -1,14 +1,12 @@
 /// \file
-/// The CUDA backend: buffers, copies, launches. One thread per photon, cell or pixel sample; the
-/// physics is the text of tyndall/transport, which the host compiles too.
-#include <cuda_runtime.h>
-
+/// The CUDA backend: one device, its copies of what the passes read, and their tallies there.
 #include <memory>
 #include <string>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "device.h"
+#include "run_pass.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/parallel.h"
@@ -18,77 +16,6 @@
 
 namespace tyndall {
 namespace {
-
-void require(cudaError_t status, const std::string& what) {
-  if (status != cudaSuccess) {
-    throw Error(ExitCode::device,
-                "CUDA: " + what + " failed (" + cudaGetErrorString(status) + "); try --device cpu");
-  }
-}
-
-/// Device memory that holds `count` values.
-template <class T>
-class Buffer {
- public:
-  static_assert(std::is_trivially_copyable_v<T>);
-
-  Buffer() = default;
-  Buffer(const T* host, std::size_t count) : count_(count) {
-    allocate();
-    require(cudaMemcpy(data_.get(), host, bytes(), cudaMemcpyHostToDevice),
-            "copying to the device");
-  }
-  explicit Buffer(std::size_t count) : count_(count) {
-    allocate();
-    clear();
-  }
-
-  T* data() const { return static_cast<T*>(data_.get()); }
-  std::size_t size() const { return count_; }
-  void clear() { require(cudaMemset(data_.get(), 0, bytes()), "clearing device memory"); }
-
-  /// Waits for the kernels before it.
-  std::vector<T> read() const {
-    std::vector<T> host(count_);
-    require(cudaMemcpy(host.data(), data_.get(), bytes(), cudaMemcpyDeviceToHost),
-            "copying from the device");
-    return host;
-  }
-
- private:
-  struct Free {
-    void operator()(void* p) const { cudaFree(p); }
-  };
-  std::size_t bytes() const { return count_ * sizeof(T); }
-  void allocate() {
-    void* p = nullptr;
-    require(cudaMalloc(&p, bytes() > 0 ? bytes() : 1),
-            "allocating " + std::to_string(bytes()) + " bytes");
-    data_.reset(p);
-  }
-
-  std::size_t count_ = 0;
-  std::unique_ptr<void, Free> data_;
-};
-
-template <class Pass>
-__global__ void run_pass(Pass pass, std::uint64_t begin, std::uint64_t end) {
-  const std::uint64_t index = begin + std::uint64_t{blockIdx.x} * blockDim.x + threadIdx.x;
-  if (index < end) pass(index);
-}
-
-template <class Pass>
-void launch(const Pass& pass, IndexRange range, const Stop& stop) {
-  constexpr std::uint64_t block = 128, most = std::uint64_t{1} << 24;
-  for (std::uint64_t begin = range.begin; begin < range.end; begin += most) {
-    stop_if(stop);
-    const std::uint64_t end = begin + most < range.end ? begin + most : range.end;
-    run_pass<<<static_cast<unsigned>((end - begin + block - 1) / block),
-               static_cast<unsigned>(block)>>>(pass, begin, end);
-    require(cudaGetLastError(), "launching a kernel");
-  }
-  require(cudaDeviceSynchronize(), "running a kernel");
-}
 
 class CudaBackend final : public Backend {
  public:
@@ -135,7 +62,7 @@ class CudaBackend final : public Backend {
     matter_ = Buffer<std::int64_t>(scene.cells.count());
     detectors_ = Buffer<std::int64_t>(3 * scene.detectors.count());
     depth_ = Buffer<float>(scene.pixels());
-    account_ = Buffer<Account>(1);
+    accounts_ = Buffer<Account>(64);
     pixels_ = Buffer<PixelTally>(scene.pixels());
     groups_ = Buffer<std::int64_t>(scene.pixels() * scene.groups.size() * 3);
     clamped_ = Buffer<std::int64_t>(1);
@@ -145,9 +72,9 @@ class CudaBackend final : public Backend {
     Detectors detectors = scene_->detectors;
     if (detectors_.size() > 0) detectors.sums = detectors_.data();
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      launch(ShootPass<Medium, Sampler>{medium, sampler, lights_, scene_->seed,
+      run_pass(ShootPass<Medium, Sampler>{medium, sampler, lights_, scene_->seed,
                                         IlluminationTally{scene_->cells, illumination_.data()},
-                                        account_.data(), detectors},
+                                        accounts(), detectors},
              photons, stop_);
     });
   }
@@ -155,7 +82,7 @@ class CudaBackend final : public Backend {
   void measure_matter(IndexRange cells) override {
     std::visit(
         [&]<class Medium>(const Medium& medium) {
-          launch(MatterPass<Medium>{medium, scene_->seed, scene_->cells, scene_->cell_size,
+          run_pass(MatterPass<Medium>{medium, scene_->seed, scene_->cells, scene_->cell_size,
                                     scene_->strata, scene_->matter_scale, matter_.data()},
                  cells, stop_);
         },
@@ -165,7 +92,7 @@ class CudaBackend final : public Backend {
   void measure_depth(IndexRange pixels) override {
     std::visit(
         [&]<class Medium>(const Medium& medium) {
-          launch(DepthPass<Medium>{medium, camera_, depth_.data()}, pixels, stop_);
+          run_pass(DepthPass<Medium>{medium, camera_, depth_.data()}, pixels, stop_);
         },
         medium_);
   }
@@ -175,7 +102,11 @@ class CudaBackend final : public Backend {
   std::vector<float> take_depth() override { return std::exchange(depth_, {}).read(); }
   std::vector<std::int64_t> take_detectors() override { return take(detectors_); }
 
-  Account take_account() override { return take(account_)[0]; }
+  Account take_account() override {
+    Account sum;
+    for (const Account& account : take(accounts_)) add(sum, account);
+    return sum;
+  }
 
   void illuminate(const std::vector<float>& numerator,
                   const std::vector<float>& denominator) override {
@@ -186,14 +117,14 @@ class CudaBackend final : public Backend {
 
   void gather(IndexRange pixels, SampleRange samples) override {
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      launch(
+      run_pass(
           GatherPass<Medium, Sampler>{
               medium, sampler, camera_, field_, direct_lights_, scene_->background, scene_->bounces,
               scene_->is_apart, scene_->seed, samples,
               Film{scene_->film_width, scene_->film_height, scene_->film_unit, pixels_.data(),
                    clamped_.data(), scene_->groups.empty() ? nullptr : groups_.data(),
                    static_cast<int>(scene_->groups.size())},
-              account_.data(), bright_pixels_},
+              accounts(), bright_pixels_},
           {pixels.begin * samples.count, pixels.end * samples.count}, stop_);
     });
   }
@@ -201,6 +132,8 @@ class CudaBackend final : public Backend {
   FilmTallies take_film() override { return {take(pixels_), take(groups_), take(clamped_)[0]}; }
 
  private:
+  Accounts accounts() const { return {accounts_.data(), static_cast<unsigned>(accounts_.size())}; }
+
   template <class T>
   static std::vector<T> take(Buffer<T>& buffer) {
     std::vector<T> values = buffer.read();
@@ -233,7 +166,7 @@ class CudaBackend final : public Backend {
   std::vector<std::shared_ptr<void>> arrays_;
   Buffer<std::int64_t> illumination_, matter_, detectors_, clamped_, groups_;
   Buffer<float> numerator_, denominator_, depth_;
-  Buffer<Account> account_;
+  Buffer<Account> accounts_;
   Buffer<PixelTally> pixels_;
 };
 

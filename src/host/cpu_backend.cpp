@@ -50,7 +50,7 @@ class CpuBackend final : public Backend {
           Lights{scene_->emitters.data(), static_cast<int>(scene_->emitters.size())},
           scene_->seed,
           IlluminationTally{scene_->cells, illumination_.data()},
-          nullptr,
+          {nullptr},
           detectors};
       run_walks(photons, pass);
     });
@@ -110,7 +110,7 @@ class CpuBackend final : public Backend {
               Film{scene_->film_width, scene_->film_height, scene_->film_unit, film_.pixels.data(),
                    &film_.clamped, film_.groups.empty() ? nullptr : film_.groups.data(),
                    static_cast<int>(scene_->groups.size())},
-              nullptr, scene_->bright_pixels.empty() ? nullptr : scene_->bright_pixels.data()});
+              {nullptr}, scene_->bright_pixels.empty() ? nullptr : scene_->bright_pixels.data()});
     });
   }
 
@@ -145,7 +145,7 @@ class CpuBackend final : public Backend {
                  [&](std::uint64_t begin, std::uint64_t end) {
                    Account account;  // a chunk's own, lest the threads fight over one
                    Pass own = pass;
-                   own.account = &account;
+                   own.accounts = {&account};
                    if (by_lanes) {
                      run_side_by_side(own, begin, end);
                    } else {

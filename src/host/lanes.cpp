@@ -231,7 +231,7 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
   using Base = Batch<PhotonBatch, Medium>;
 
   PhotonBatch(const Pass& pass, const LaneStages& stages)
-      : Base(pass.medium, pass.seed, Pass::domain, pass.account, stages), pass_(pass) {}
+      : Base(pass.medium, pass.seed, Pass::domain, &pass.accounts.own(), stages), pass_(pass) {}
 
   static std::uint64_t stream(std::uint64_t index) { return index; }
   bool begin(const RandomStream& random, Path& path, int l) {
@@ -315,7 +315,7 @@ class SampleBatch : public Batch<SampleBatch<Medium>, Medium> {
   using Base = Batch<SampleBatch, Medium>;
 
   SampleBatch(const Pass& pass, const LaneStages& stages)
-      : Base(pass.medium, pass.seed, Pass::domain, pass.account, stages), pass_(pass) {}
+      : Base(pass.medium, pass.seed, Pass::domain, &pass.accounts.own(), stages), pass_(pass) {}
 
   std::uint64_t stream(std::uint64_t index) const { return pass_.stream(index); }
   bool begin(const RandomStream& random, Path& path, int l) {

@@ -37,7 +37,7 @@ Result run(const PreparedScene& scene, const Medium& medium, std::uint64_t begin
                                       static_cast<int>(scene.emitters.size())},
                                      scene.seed,
                                      tally,
-                                     &result.shot,
+                                     {&result.shot},
                                      detectors},
        begin, end);
   result.matter.assign(scene.cells.count(), 0);
@@ -62,7 +62,7 @@ Result run(const PreparedScene& scene, const Medium& medium, std::uint64_t begin
                                       scene.seed,
                                       {0, 2},
                                       film,
-                                      &result.gathered},
+                                      {&result.gathered}},
        0, 2 * film.pixel_count());
   return result;
 }

@@ -24,4 +24,14 @@ TYN_HD void deposit(std::int64_t& tally, std::int64_t amount) {
 #endif
 }
 
+/// \return a number that tells apart those who work side by side on a device; 0 on the host, whose
+/// threads have tallies of their own.
+TYN_HD unsigned worker() {
+#if defined(__CUDA_ARCH__)
+  return blockIdx.x;
+#else
+  return 0;
+#endif
+}
+
 }  // namespace tyndall

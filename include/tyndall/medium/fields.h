@@ -146,7 +146,7 @@ struct NoiseCloud {
   }
 
   /// The density, of all octaves.
-  TYN_HD float density(const Squeeze& s) const { return transfer(s.noise, s.body); }
+  TYN_HD float squeezed_density(const Squeeze& s) const { return transfer(s.noise, s.body); }
 
   /// Undoes the transfer: v < extinction * density where the noise is above this, but for rounding.
   TYN_HD float threshold(float extinction, float v, float body) const {
@@ -170,7 +170,7 @@ struct NoiseCloud {
   TYN_HD void settle(Squeeze& s, float extinction, float v) const {
     const bool all = s.octaves == octaves;
     if (!all && !(abs(s.noise - s.undone) > s.rest)) return;
-    const bool exceeds = all ? v < extinction * density(s) : s.noise > s.undone;
+    const bool exceeds = all ? v < extinction * squeezed_density(s) : s.noise > s.undone;
     s.answer = exceeds ? Squeeze::Answer::yes : Squeeze::Answer::no;
   }
 };

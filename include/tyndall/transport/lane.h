@@ -13,7 +13,11 @@ namespace tyndall {
 /// What a lane has to do next.
 enum class Stage { idle, walk, draw, add_octave, collide, leave };
 
-/// One path at a time, of a pass through super-voxels.
+/// Whether a pass has paths through a grid of majorants.
+template <class Pass>
+inline constexpr bool has_lanes = requires(const Pass& pass) { pass.sampler.grid(pass.medium); };
+
+/// One path at a time, of such a pass.
 template <class Pass>
 class Lane {
  public:
@@ -31,7 +35,7 @@ class Lane {
   };
 
   TYN_HD Lane(const Pass& pass, const Saved& saved)
-      : pass_(pass), grid_(pass.medium.super_voxels), now_(saved), tracker_(grid_, saved.tracker) {}
+      : pass_(pass), grid_(pass.sampler.grid(pass.medium)), now_(saved), tracker_(grid_, saved.tracker) {}
 
   TYN_HD Saved save() const {
     Saved saved = now_;
@@ -76,10 +80,11 @@ class Lane {
 
   TYN_HD void add_octave() {
     const auto& component = pass_.medium.component(now_.component);
-    const NoiseCloud& cloud = *noise_cloud(component.field);
+    const NoiseCloud* cloud = noise_cloud(component.field);
+    if (!cloud) return;  // no lane of other fields gets here
     ++lookups_.octaves;
-    cloud.add_octave(now_.squeeze, component.extinction, now_.v);
-    decide(cloud, component.extinction);
+    cloud->add_octave(now_.squeeze, component.extinction, now_.v);
+    decide(*cloud, component.extinction);
   }
 
   TYN_HD void collide() {
@@ -97,7 +102,7 @@ class Lane {
     audit_.lookups += lookups_.lookups;
     audit_.octaves += lookups_.octaves;
     audit_.violations += lookups_.violations;
-    deposit_audit(pass_.account->audit, audit_);
+    deposit_audit(pass_.accounts.own().audit, audit_);
     audit_ = {};
     lookups_.lookups = lookups_.octaves = lookups_.violations = 0;
   }
@@ -122,7 +127,7 @@ class Lane {
     const bool audits = is_audited();
     if (audits ? s.octaves < cloud.octaves : s.answer == NoiseCloud::Squeeze::Answer::open) return;
     const bool real = s.answer == NoiseCloud::Squeeze::Answer::yes;
-    meet(audits ? audit(grid_, bounds(), extinction * cloud.density(s), now_.v, real, lookups_)
+    meet(audits ? audit(grid_, bounds(), extinction * cloud.squeezed_density(s), now_.v, real, lookups_)
                 : real);
   }
 

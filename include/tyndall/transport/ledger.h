@@ -50,6 +50,13 @@ struct Account {
   Audit audit;
 };
 
+/// Accounts that add up to one: those who share one wait for each other.
+struct Accounts {
+  Account* first;
+  unsigned count = 1;
+  TYN_HD Account& own() const { return first[worker() % count]; }
+};
+
 /// Nothing but counts: an account is also an array of them.
 inline constexpr int account_words = sizeof(Account) / sizeof(std::int64_t);
 

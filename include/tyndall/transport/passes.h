@@ -75,7 +75,7 @@ TYN_HD void follow(const Pass& pass, std::uint64_t index) {
                                                   : pass.leave(state, flight, random, path);
   }
   pass.end(state);
-  deposit_audit(pass.account->audit, audit);
+  deposit_audit(pass.accounts.own().audit, audit);
 }
 
 /// What a photon carries.
@@ -94,7 +94,7 @@ struct ShootPass {
   Lights lights;
   std::uint64_t seed;
   IlluminationTally illumination;
-  Account* account;
+  Accounts accounts;
   Detectors detectors{};
 
   static constexpr Domain domain = Domain::photon;
@@ -119,7 +119,7 @@ struct ShootPass {
             : emit(light, medium.whole.box, first, aim);
     path = {photon.ray, exponential(first.d), 0, {}};
     burden = {photon.weight, illumination.cells.groups > 1 ? light.group : 0, !light.is_apart};
-    Ledger& ledger = account->ledger;
+    Ledger& ledger = accounts.own().ledger;
     deposit(ledger.shot, 1);
     deposit_weight(ledger.shot_power, burden.weight);
     if (largest(burden.weight) > 0.0f && enter(medium.whole.box, path.ray)) return true;
@@ -138,7 +138,7 @@ struct ShootPass {
     // Where nothing reflects, all is taken.
     const Vec3f albedo = is_ground ? box.ground_albedo[flight.face] : Vec3f{0, 0, 0};
     const Scattering next = scatter(burden.weight, albedo, random, path.event + 1);
-    Ledger& ledger = account->ledger;
+    Ledger& ledger = accounts.own().ledger;
     std::int64_t taken[3];
     settle(burden.weight, albedo, next, escaped ? ledger.escaped[flight.face] : ledger.stalled,
            escaped ? ledger.escaped_power[flight.face] : ledger.stalled_power, taken);
@@ -175,7 +175,7 @@ struct ShootPass {
   TYN_HD bool survive(int component, Vec3f albedo, Vec3f p, const RandomStream& random,
                       std::uint32_t event, Vec3f& weight) const {
     const Scattering next = scatter(weight, albedo, random, event);
-    Ledger& ledger = account->ledger;
+    Ledger& ledger = accounts.own().ledger;
     std::int64_t absorbed[3];
     settle(weight, albedo, next, ledger.absorbed[component], ledger.absorbed_power[component],
            absorbed);
@@ -189,7 +189,7 @@ struct ShootPass {
   // the photon's life closes exactly.
   TYN_HD void settle(Vec3f weight, Vec3f albedo, const Scattering& next, std::int64_t& ended,
                      std::int64_t (&power)[3], std::int64_t (&taken)[3]) const {
-    Ledger& ledger = account->ledger;
+    Ledger& ledger = accounts.own().ledger;
     const float before[3] = {weight.x, weight.y, weight.z};
     const float share[3] = {albedo.x, albedo.y, albedo.z};
     const float after[3] = {next.weight.x, next.weight.y, next.weight.z};
@@ -357,7 +357,7 @@ struct GatherPass {
   std::uint64_t seed;
   SampleRange samples;
   Film film;
-  Account* account;
+  Accounts accounts;
   const std::uint32_t* pixels = nullptr;  ///< which are gathered, in order; null: all
 
   static constexpr Domain domain = Domain::pixel_sample;

@@ -300,7 +300,11 @@ struct SuperVoxel {
   template <class Medium>
   TYN_HD Flight fly(const Medium& medium, Path& path, const RandomStream& random,
                     Audit& audit) const {
-    return track(medium, medium.super_voxels, path, random, audit);
+    return track(medium, grid(medium), path, random, audit);
+  }
+  template <class Medium>
+  TYN_HD const MajorantGrid& grid(const Medium& medium) const {
+    return medium.super_voxels;
   }
 };
 
@@ -309,7 +313,11 @@ struct Woodcock {
   template <class Medium>
   TYN_HD Flight fly(const Medium& medium, Path& path, const RandomStream& random,
                     Audit& audit) const {
-    return track(medium, medium.whole, path, random, audit);
+    return track(medium, grid(medium), path, random, audit);
+  }
+  template <class Medium>
+  TYN_HD const MajorantGrid& grid(const Medium& medium) const {
+    return medium.whole;
   }
 };
 

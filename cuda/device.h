@@ -1,0 +1,73 @@
+/// \file
+/// Memory of a CUDA device, and what to do where a call fails.
+#pragma once
+
+#include <cuda_runtime.h>
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "tyndall/render/error.h"
+
+namespace tyndall {
+
+/// \throws Error(device) where `status` is none of success; `what` was tried
+inline void require(cudaError_t status, const std::string& what) {
+  if (status == cudaSuccess) return;
+  static_cast<void>(cudaGetLastError());  // which would be reported again by whoever asks next
+  throw Error(ExitCode::device,
+              "CUDA: " + what + " failed (" + cudaGetErrorString(status) + "); try --device cpu");
+}
+
+/// Memory of the current device that holds a number of values.
+template <class T>
+class Buffer {
+ public:
+  static_assert(std::is_trivially_copyable_v<T>);
+
+  Buffer() = default;
+  /// A copy of what the host has.
+  Buffer(const T* host, std::size_t count) : count_(count) {
+    allocate();
+    require(cudaMemcpy(data_.get(), host, bytes(), cudaMemcpyHostToDevice),
+            "copying to the device");
+  }
+  /// All bytes 0.
+  explicit Buffer(std::size_t count) : count_(count) {
+    allocate();
+    clear();
+  }
+
+  T* data() const { return static_cast<T*>(data_.get()); }
+  std::size_t size() const { return count_; }
+  void clear() { require(cudaMemset(data_.get(), 0, bytes()), "clearing device memory"); }
+
+  /// Waits for the kernels before it.
+  std::vector<T> read() const {
+    std::vector<T> host(count_);
+    require(cudaMemcpy(host.data(), data_.get(), bytes(), cudaMemcpyDeviceToHost),
+            "copying from the device");
+    return host;
+  }
+
+ private:
+  struct Free {
+    void operator()(void* p) const { cudaFree(p); }
+  };
+  std::size_t bytes() const { return count_ * sizeof(T); }
+  void allocate() {
+    void* p = nullptr;
+    require(cudaMalloc(&p, bytes() > 0 ? bytes() : 1),
+            "allocating " + std::to_string(bytes()) + " bytes");
+    data_.reset(p);
+  }
+
+  std::size_t count_ = 0;
+  std::unique_ptr<void, Free> data_;
+};
+
+}  // namespace tyndall

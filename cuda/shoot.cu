@@ -1,0 +1,11 @@
+#include "kernels.cuh"
+
+namespace tyndall {
+
+#define TYNDALL_INSTANTIATE(Medium)                                                            \
+  template void run_pass(const ShootPass<Medium, SuperVoxel>&, IndexRange, const Stop&); \
+  template void run_pass(const ShootPass<Medium, Woodcock>&, IndexRange, const Stop&);   \
+  template void run_pass(const ShootPass<Medium, RayMarching>&, IndexRange, const Stop&)
+TYNDALL_FOR_ALL_MEDIA(TYNDALL_INSTANTIATE);
+
+}  // namespace tyndall
