@@ -19,7 +19,7 @@ namespace {
 
 class CudaBackend final : public Backend {
  public:
-  explicit CudaBackend(int device) {
+  explicit CudaBackend(int device) : device_(device) {
     int count = 0;
     const cudaError_t status = cudaGetDeviceCount(&count);
     if (status != cudaSuccess) {
@@ -31,7 +31,7 @@ class CudaBackend final : public Backend {
                                         + ": this machine has " + std::to_string(count)
                                         + "; use --device cpu");
     }
-    require(cudaSetDevice(device), "selecting device " + std::to_string(device));
+    select();
     cudaDeviceProp properties;
     require(cudaGetDeviceProperties(&properties, device), "asking for the device's properties");
     name_ = std::string("cuda, ") + properties.name;
@@ -41,6 +41,7 @@ class CudaBackend final : public Backend {
   int threads() const override { return thread_count(0); }
 
   void load(const PreparedScene& scene, const Stop& stop) override {
+    select();
     scene_ = &scene;
     stop_ = stop;
     arrays_.clear();
@@ -69,27 +70,30 @@ class CudaBackend final : public Backend {
   }
 
   void shoot(IndexRange photons) override {
+    select();
     Detectors detectors = scene_->detectors;
     if (detectors_.size() > 0) detectors.sums = detectors_.data();
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
       run_pass(ShootPass<Medium, Sampler>{medium, sampler, lights_, scene_->seed,
-                                        IlluminationTally{scene_->cells, illumination_.data()},
-                                        accounts(), detectors},
-             photons, stop_);
+                                          IlluminationTally{scene_->cells, illumination_.data()},
+                                          accounts(), detectors},
+               photons, stop_);
     });
   }
 
   void measure_matter(IndexRange cells) override {
+    select();
     std::visit(
         [&]<class Medium>(const Medium& medium) {
           run_pass(MatterPass<Medium>{medium, scene_->seed, scene_->cells, scene_->cell_size,
-                                    scene_->strata, scene_->matter_scale, matter_.data()},
-                 cells, stop_);
+                                      scene_->strata, scene_->matter_scale, matter_.data()},
+                   cells, stop_);
         },
         medium_);
   }
 
   void measure_depth(IndexRange pixels) override {
+    select();
     std::visit(
         [&]<class Medium>(const Medium& medium) {
           run_pass(DepthPass<Medium>{medium, camera_, depth_.data()}, pixels, stop_);
@@ -98,8 +102,8 @@ class CudaBackend final : public Backend {
   }
 
   std::vector<std::int64_t> take_illumination() override { return take(illumination_); }
-  std::vector<std::int64_t> take_matter() override { return std::exchange(matter_, {}).read(); }
-  std::vector<float> take_depth() override { return std::exchange(depth_, {}).read(); }
+  std::vector<std::int64_t> take_matter() override { return take_away(matter_); }
+  std::vector<float> take_depth() override { return take_away(depth_); }
   std::vector<std::int64_t> take_detectors() override { return take(detectors_); }
 
   Account take_account() override {
@@ -110,12 +114,14 @@ class CudaBackend final : public Backend {
 
   void illuminate(const std::vector<float>& numerator,
                   const std::vector<float>& denominator) override {
+    select();
     numerator_ = Buffer<float>(numerator.data(), numerator.size());
     denominator_ = Buffer<float>(denominator.data(), denominator.size());
     field_ = {scene_->cells, numerator.empty() ? nullptr : numerator_.data(), denominator_.data()};
   }
 
   void gather(IndexRange pixels, SampleRange samples) override {
+    select();
     visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
       run_pass(
           GatherPass<Medium, Sampler>{
@@ -132,13 +138,26 @@ class CudaBackend final : public Backend {
   FilmTallies take_film() override { return {take(pixels_), take(groups_), take(clamped_)[0]}; }
 
  private:
+  /// Every thread of the host has a device of its own, which is another one at first.
+  void select() const {
+    require(cudaSetDevice(device_), "selecting device " + std::to_string(device_));
+  }
+
   Accounts accounts() const { return {accounts_.data(), static_cast<unsigned>(accounts_.size())}; }
 
   template <class T>
-  static std::vector<T> take(Buffer<T>& buffer) {
+  std::vector<T> take(Buffer<T>& buffer) const {
+    select();
     std::vector<T> values = buffer.read();
     buffer.clear();
     return values;
+  }
+
+  /// Measured once: its memory is of use elsewhere.
+  template <class T>
+  std::vector<T> take_away(Buffer<T>& buffer) const {
+    select();
+    return std::exchange(buffer, {}).read();
   }
 
   template <class Launch>
@@ -154,6 +173,7 @@ class CudaBackend final : public Backend {
     return buffer->data();
   }
 
+  const int device_;
   std::string name_;
   const PreparedScene* scene_ = nullptr;
   Stop stop_;

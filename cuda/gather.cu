@@ -2,7 +2,7 @@
 
 namespace tyndall {
 
-#define TYNDALL_INSTANTIATE(Medium)                                                            \
+#define TYNDALL_INSTANTIATE(Medium)                                                       \
   template void run_pass(const GatherPass<Medium, SuperVoxel>&, IndexRange, const Stop&); \
   template void run_pass(const GatherPass<Medium, Woodcock>&, IndexRange, const Stop&);   \
   template void run_pass(const GatherPass<Medium, RayMarching>&, IndexRange, const Stop&)

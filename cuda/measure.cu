@@ -3,7 +3,7 @@
 
 namespace tyndall {
 
-#define TYNDALL_INSTANTIATE(Medium)                                             \
+#define TYNDALL_INSTANTIATE(Medium)                                           \
   template void run_pass(const MatterPass<Medium>&, IndexRange, const Stop&); \
   template void run_pass(const DepthPass<Medium>&, IndexRange, const Stop&)
 TYNDALL_FOR_ALL_MEDIA(TYNDALL_INSTANTIATE);

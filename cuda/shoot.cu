@@ -2,7 +2,7 @@
 
 namespace tyndall {
 
-#define TYNDALL_INSTANTIATE(Medium)                                                            \
+#define TYNDALL_INSTANTIATE(Medium)                                                      \
   template void run_pass(const ShootPass<Medium, SuperVoxel>&, IndexRange, const Stop&); \
   template void run_pass(const ShootPass<Medium, Woodcock>&, IndexRange, const Stop&);   \
   template void run_pass(const ShootPass<Medium, RayMarching>&, IndexRange, const Stop&)

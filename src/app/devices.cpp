@@ -1,6 +1,9 @@
 #include "app/devices.h"
 
+#include <algorithm>
 #include <charconv>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -23,12 +26,25 @@ std::unique_ptr<Backend> make_cuda_backend(int) {
 
 Device cpu(int threads) { return {make_cpu_backend(threads), "cpu"}; }
 
+Device cuda(int index) {
+  if (index != DeviceName::all) return {make_cuda_backend(index), fmt::format("cuda:{}", index)};
+  std::vector<std::unique_ptr<Backend>> backends;
+  std::vector<int> indices;
+  const int count = std::max(1, cuda_device_count());  // without one: the error of the first
+  for (int i = 0; i < count; ++i) {
+    backends.push_back(make_cuda_backend(i));
+    indices.push_back(i);
+  }
+  return {make_combined_backend(std::move(backends)),
+          fmt::format("cuda:{}", fmt::join(indices, "+"))};
+}
+
 }  // namespace
 
 DeviceName parse_device(const std::string& text) {
   if (text == "auto") return {};
-  if (text == "cpu") return {DeviceName::Kind::cpu, 0};
-  DeviceName device{DeviceName::Kind::cuda, 0};
+  if (text == "cpu") return {DeviceName::Kind::cpu};
+  DeviceName device{DeviceName::Kind::cuda};
   if (text == "cuda") return device;
   const char* end = text.data() + text.size();
   if (text.starts_with("cuda:")) {
@@ -41,14 +57,13 @@ DeviceName parse_device(const std::string& text) {
 
 Device open_device(const DeviceName& name, int threads, const std::string& why_not_automatic) {
   if (name.kind == DeviceName::Kind::cpu) return cpu(threads);
-  if (name.kind == DeviceName::Kind::cuda)
-    return {make_cuda_backend(name.index), fmt::format("cuda:{}", name.index)};
+  if (name.kind == DeviceName::Kind::cuda) return cuda(name.index);
   std::string problem = why_not_automatic;
   if (problem.empty()) {
     const CudaDevices devices = known_cuda_devices();
     if (devices.names.empty()) return cpu(threads);  // nothing to be surprised at
     try {
-      Device device{make_cuda_backend(0), "cuda:0"};
+      Device device = cuda(DeviceName::all);
       say(fmt::format("device   {}\n", device.backend->name()));
       return device;
     } catch (const Error& error) {

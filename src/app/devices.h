@@ -12,15 +12,16 @@ namespace tyndall::app {
 struct DeviceName {
   enum class Kind { automatic, cpu, cuda };
   Kind kind = Kind::automatic;
-  int index = 0;  ///< of a CUDA device
+  static constexpr int all = -1;
+  int index = all;  ///< of a CUDA device
 };
 
-/// \param text auto, cpu, cuda or cuda:N \throws Error(usage)
+/// \param text auto, cpu, cuda (all devices) or cuda:N \throws Error(usage)
 DeviceName parse_device(const std::string& text);
 
 struct Device {
   std::unique_ptr<Backend> backend;
-  std::string name;  ///< "cpu", "cuda:0"
+  std::string name;  ///< "cpu", "cuda:0", "cuda:0+1"
 };
 
 /// \param why_not_automatic where a CUDA device was tried, what was wrong with it: then the

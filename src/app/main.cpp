@@ -188,7 +188,7 @@ int run(int argc, char** argv) {
   render
       ->add_option(
           "--device", arguments.device,
-          "auto (a CUDA device where there is one, else the processor), cpu, cuda or cuda:N")
+          "auto (CUDA devices where there are any, else the processor), cpu, cuda (all) or cuda:N")
       ->type_name("NAME");
   render->add_option("--batch", arguments.batch, "Photons or samples at a time; changes no result")
       ->type_name("N")

@@ -103,14 +103,22 @@ class CpuBackend final : public Backend {
       run_walks(
           {pixels.begin * samples.count, pixels.end * samples.count},
           GatherPass<Medium, Sampler>{
-              medium, sampler, scene_->camera, field_,
+              medium,
+              sampler,
+              scene_->camera,
+              field_,
               DirectLights{scene_->direct_lights.data(),
                            static_cast<int>(scene_->direct_lights.size())},
-              scene_->background, scene_->bounces, scene_->is_apart, scene_->seed, samples,
+              scene_->background,
+              scene_->bounces,
+              scene_->is_apart,
+              scene_->seed,
+              samples,
               Film{scene_->film_width, scene_->film_height, scene_->film_unit, film_.pixels.data(),
                    &film_.clamped, film_.groups.empty() ? nullptr : film_.groups.data(),
                    static_cast<int>(scene_->groups.size())},
-              {nullptr}, scene_->bright_pixels.empty() ? nullptr : scene_->bright_pixels.data()});
+              {nullptr},
+              scene_->bright_pixels.empty() ? nullptr : scene_->bright_pixels.data()});
     });
   }
 

@@ -139,6 +139,10 @@ std::unique_ptr<Backend> make_cpu_backend(int threads = 0, const std::string& in
 /// "v4" (AVX-512), "v3" (AVX2), "plain" (what the whole program is compiled for).
 std::vector<std::string> instruction_sets();
 
+/// Several backends as one: each works on a thread of the host, which draws chunks of every range,
+/// and their tallies are added up. \pre one at least
+std::unique_ptr<Backend> make_combined_backend(std::vector<std::unique_ptr<Backend>> backends);
+
 struct CudaDevices {
   std::vector<std::string> names;
   std::string problem;  ///< why there are none

@@ -15,7 +15,9 @@ enum class Stage { idle, walk, draw, add_octave, collide, leave };
 
 /// Whether a pass has paths through a grid of majorants.
 template <class Pass>
-inline constexpr bool has_lanes = requires(const Pass& pass) { pass.sampler.grid(pass.medium); };
+inline constexpr bool has_lanes = requires(const Pass& pass) {
+  pass.sampler.grid(pass.medium);
+};
 
 /// One path at a time, of such a pass.
 template <class Pass>
@@ -35,7 +37,10 @@ class Lane {
   };
 
   TYN_HD Lane(const Pass& pass, const Saved& saved)
-      : pass_(pass), grid_(pass.sampler.grid(pass.medium)), now_(saved), tracker_(grid_, saved.tracker) {}
+      : pass_(pass),
+        grid_(pass.sampler.grid(pass.medium)),
+        now_(saved),
+        tracker_(grid_, saved.tracker) {}
 
   TYN_HD Saved save() const {
     Saved saved = now_;
@@ -127,7 +132,8 @@ class Lane {
     const bool audits = is_audited();
     if (audits ? s.octaves < cloud.octaves : s.answer == NoiseCloud::Squeeze::Answer::open) return;
     const bool real = s.answer == NoiseCloud::Squeeze::Answer::yes;
-    meet(audits ? audit(grid_, bounds(), extinction * cloud.squeezed_density(s), now_.v, real, lookups_)
+    meet(audits ? audit(grid_, bounds(), extinction * cloud.squeezed_density(s), now_.v, real,
+                        lookups_)
                 : real);
   }
 

@@ -1,0 +1,143 @@
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "tyndall/render/backend.h"
+#include "tyndall/render/part.h"
+#include "tyndall/render/render.h"
+#include "tyndall/transport/ledger.h"
+
+namespace tyndall {
+namespace {
+
+class CombinedBackend final : public Backend {
+ public:
+  explicit CombinedBackend(std::vector<std::unique_ptr<Backend>> backends)
+      : backends_(std::move(backends)), has_depth_(backends_.size()) {}
+
+  std::string name() const override {
+    std::string names;
+    for (const auto& backend : backends_) names += (names.empty() ? "" : " + ") + backend->name();
+    return names;
+  }
+  int threads() const override { return backends_[0]->threads(); }
+
+  void load(const PreparedScene& scene, const Stop& stop) override {
+    has_depth_.assign(backends_.size(), {});
+    // One that fails ends the work of all.
+    const Stop any = [this, stop] { return has_failed_ || (stop && stop()); };
+    each([&](std::size_t b) { backends_[b]->load(scene, any); });
+  }
+  void shoot(IndexRange photons) override {
+    deal(photons, [&](std::size_t b, IndexRange chunk) { backends_[b]->shoot(chunk); });
+  }
+  void measure_matter(IndexRange cells) override {
+    deal(cells, [&](std::size_t b, IndexRange chunk) { backends_[b]->measure_matter(chunk); });
+  }
+  void measure_depth(IndexRange pixels) override {
+    deal(pixels, [&](std::size_t b, IndexRange chunk) {
+      backends_[b]->measure_depth(chunk);
+      has_depth_[b].add(chunk);
+    });
+  }
+  void gather(IndexRange pixels, SampleRange samples) override {
+    deal(pixels, [&](std::size_t b, IndexRange chunk) { backends_[b]->gather(chunk, samples); });
+  }
+  void illuminate(const std::vector<float>& numerator,
+                  const std::vector<float>& denominator) override {
+    each([&](std::size_t b) { backends_[b]->illuminate(numerator, denominator); });
+  }
+
+  std::vector<std::int64_t> take_matter() override { return add_up(&Backend::take_matter); }
+  std::vector<std::int64_t> take_illumination() override {
+    return add_up(&Backend::take_illumination);
+  }
+  std::vector<std::int64_t> take_detectors() override { return add_up(&Backend::take_detectors); }
+  std::vector<float> take_depth() override {
+    std::vector<float> depth = backends_[0]->take_depth();
+    for (std::size_t b = 1; b < backends_.size(); ++b) {
+      const std::vector<float> more = backends_[b]->take_depth();
+      for (const IndexRange& range : has_depth_[b].list())
+        for (std::uint64_t i = range.begin; i < range.end; ++i) depth[i] = more[i];
+    }
+    return depth;
+  }
+  Account take_account() override {
+    Account sum;
+    for (const auto& backend : backends_) add(sum, backend->take_account());
+    return sum;
+  }
+  FilmTallies take_film() override {
+    FilmTallies sum;
+    for (const auto& backend : backends_) add_to(sum, backend->take_film());
+    return sum;
+  }
+
+ private:
+  /// Calls work(b) for all backends at the same time, each on a thread of its own.
+  template <class Work>
+  void each(const Work& work) {
+    std::exception_ptr failure;
+    std::mutex mutex;
+    has_failed_ = false;
+    const auto guarded = [&](std::size_t b) {
+      try {
+        work(b);
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        if (!failure) failure = std::current_exception();  // later ones follow from it
+        has_failed_ = true;
+      }
+    };
+    {
+      std::vector<std::jthread> threads;
+      for (std::size_t b = 1; b < backends_.size(); ++b) threads.emplace_back(guarded, b);
+      guarded(0);
+    }
+    if (failure) std::rethrow_exception(failure);
+  }
+
+  /// Chunks of `range` to whoever is free.
+  template <class Work>
+  void deal(IndexRange range, const Work& work) {
+    const std::uint64_t count = range.end - range.begin;
+    const std::uint64_t chunk =
+        std::max<std::uint64_t>(count / (chunks_each * backends_.size()), 1);
+    std::atomic<std::uint64_t> dealt = 0;
+    each([&](std::size_t b) {
+      const DefaultFloatingPoint guard;
+      for (;;) {
+        const std::uint64_t from = dealt.fetch_add(chunk);
+        if (from >= count || has_failed_) return;
+        work(b, {range.begin + from, range.begin + std::min(from + chunk, count)});
+      }
+    });
+  }
+  static constexpr std::uint64_t chunks_each = 4;  // the slowest keeps all waiting for one of its
+
+  std::vector<std::int64_t> add_up(std::vector<std::int64_t> (Backend::*take)()) {
+    std::vector<std::int64_t> sum;
+    for (const auto& backend : backends_) add_to(sum, (backend.get()->*take)());
+    return sum;
+  }
+
+  const std::vector<std::unique_ptr<Backend>> backends_;
+  std::vector<Ranges> has_depth_;  // which pixels each has measured
+  std::atomic<bool> has_failed_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> make_combined_backend(std::vector<std::unique_ptr<Backend>> backends) {
+  if (backends.size() == 1) return std::move(backends[0]);
+  return std::make_unique<CombinedBackend>(std::move(backends));
+}
+
+}  // namespace tyndall

@@ -1,0 +1,93 @@
+/// \file
+/// Several backends as one give the bits of one.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "support/scenes.h"
+#include "tyndall/render/error.h"
+#include "tyndall/render/render.h"
+
+namespace tyndall::test {
+namespace {
+
+Scene small() {
+  Scene scene = coloured();
+  scene.photons = 3000;
+  scene.samples = 9;
+  scene.illumination_resolution = {5, 5, 5};
+  scene.camera.resolution = {12, 7};
+  scene.detectors.flux = {2, 2};
+  return scene;
+}
+
+std::vector<std::unique_ptr<Backend>> processors(int n) {
+  std::vector<std::unique_ptr<Backend>> backends;
+  for (int i = 0; i < n; ++i) backends.push_back(make_cpu_backend(1));
+  return backends;
+}
+
+TEST(Combined, any_number_of_devices_gives_one_result) {
+  const Scene scene = small();
+  const RenderResult alone = render(scene, *make_cpu_backend());
+  for (const int n : {1, 2, 5}) {
+    SCOPED_TRACE(n);
+    const RenderResult result = render(scene, *make_combined_backend(processors(n)));
+    EXPECT_EQ(result.hashes.tallies, alone.hashes.tallies);
+    EXPECT_EQ(result.hashes.pixels, alone.hashes.pixels);
+    EXPECT_EQ(result.detected, alone.detected);
+    EXPECT_EQ(layer(result, "depth").values, layer(alone, "depth").values);
+    EXPECT_EQ(std::memcmp(&result.ledger, &alone.ledger, sizeof alone.ledger), 0);
+  }
+}
+
+TEST(Combined, one_renders_many_scenes) {
+  const auto backend = make_combined_backend(processors(2));
+  Scene scene = small();
+  for (scene.seed = 1; scene.seed < 4; ++scene.seed)
+    EXPECT_EQ(render(scene, *backend).hashes.tallies,
+              render(scene, *make_cpu_backend()).hashes.tallies);
+}
+
+/// Breaks down once it has shot.
+class Breaking final : public Backend {
+ public:
+  std::string name() const override { return "breaking"; }
+  int threads() const override { return 1; }
+  void load(const PreparedScene& scene, const Stop& stop) override { all_->load(scene, stop); }
+  void shoot(IndexRange) override { throw Error(ExitCode::device, "lost"); }
+  void measure_matter(IndexRange cells) override { all_->measure_matter(cells); }
+  std::vector<std::int64_t> take_matter() override { return all_->take_matter(); }
+  void measure_depth(IndexRange pixels) override { all_->measure_depth(pixels); }
+  std::vector<float> take_depth() override { return all_->take_depth(); }
+  std::vector<std::int64_t> take_illumination() override { return all_->take_illumination(); }
+  std::vector<std::int64_t> take_detectors() override { return all_->take_detectors(); }
+  Account take_account() override { return all_->take_account(); }
+  void illuminate(const std::vector<float>& n, const std::vector<float>& d) override {
+    all_->illuminate(n, d);
+  }
+  void gather(IndexRange pixels, SampleRange samples) override { all_->gather(pixels, samples); }
+  FilmTallies take_film() override { return all_->take_film(); }
+
+ private:
+  std::unique_ptr<Backend> all_ = make_cpu_backend(1);
+};
+
+TEST(Combined, what_one_throws_ends_the_render) {
+  Scene scene = small();
+  scene.photons = 100000000;  // more than the others would want to shoot alone
+  std::vector<std::unique_ptr<Backend>> backends = processors(2);
+  backends.push_back(std::make_unique<Breaking>());
+  RenderOptions options;
+  options.batch = scene.photons;
+  try {
+    render(scene, *make_combined_backend(std::move(backends)), options);
+    ADD_FAILURE() << "rendered";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::device);
+    EXPECT_STREQ(error.what(), "lost");
+  }
+}
+
+}  // namespace
+}  // namespace tyndall::test
