@@ -6,6 +6,7 @@
 #include <optional>
 #include <regex>
 #include <set>
+#include <string_view>
 
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
@@ -98,6 +99,10 @@ const char* const samplers[] = {"ray_marching",
                                 "tyndall/avx2",
                                 "tyndall"};
 
+bool is_on_devices(std::string_view sampler) {
+  return !sampler.ends_with("squeezed") && sampler != "tyndall/avx2";
+}
+
 /// A number that may be written 1e4; not a number is none.
 CLI::Validator number(double low, double high) {
   return {[=](std::string& text) -> std::string {
@@ -159,7 +164,7 @@ int run(int argc, char** argv) {
   for (const Case& which : cases()) {
     if (table != "all" && which.table != table[0] - '0') continue;
     const auto is_wanted = [&](const std::string& sampler) {
-      return (on_cpu || sampler == "tyndall")
+      return (on_cpu || is_on_devices(sampler))
              && std::regex_search(row_name(which, sampler), wanted);
     };
     if (std::none_of(std::begin(samplers), std::end(samplers), is_wanted)) continue;

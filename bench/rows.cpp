@@ -3,28 +3,13 @@
 #include <algorithm>
 #include <chrono>
 
+#include "cuda_rows.h"
+#include "samplers.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/render.h"
 
 namespace tyndall::bench {
 namespace {
-
-// ---- The methods as published [SzirmayKalos2011]: every tentative collision evaluates the
-// density.
-
-struct SuperVoxel2011 {
-  template <class Medium>
-  Flight fly(const Medium& medium, Path& path, const RandomStream& random, Audit& audit) const {
-    return track<Decision::full>(medium, medium.super_voxels, path, random, audit);
-  }
-};
-
-struct Woodcock2011 {
-  template <class Medium>
-  Flight fly(const Medium& medium, Path& path, const RandomStream& random, Audit& audit) const {
-    return track<Decision::full>(medium, medium.whole, path, random, audit);
-  }
-};
 
 /// A sampler on the reference pass, one photon after the other.
 template <class Sampler>
@@ -104,10 +89,6 @@ class BackendRow final : public Row {
   std::vector<std::int64_t> sums_;
 };
 
-float finest_voxel(const Case& which) {
-  return 1.0f / static_cast<float>(which.effective_resolution());
-}
-
 Path first_path(const Stage& stage, std::uint64_t index, std::uint64_t seed) {
   const PreparedScene& scene = stage.scene16;
   const RandomStream random{seed, index, Domain::photon};
@@ -149,6 +130,10 @@ std::vector<FirstFlight> fly(const Stage& stage, const PreparedScene& scene, con
 
 }  // namespace
 
+float finest_voxel(const Case& which) {
+  return 1.0f / static_cast<float>(which.effective_resolution());
+}
+
 Stage::Stage(const Case& c, int t)
     : which(c),
       threads(t),
@@ -161,6 +146,7 @@ std::vector<std::unique_ptr<Row>> rows_of(Stage& stage, const std::string& devic
   std::vector<std::unique_ptr<Row>> rows;
   if (device != "cpu") {
 #if TYNDALL_CUDA
+    rows = published_cuda_rows(stage);
     rows.push_back(std::make_unique<BackendRow>("tyndall", stage, make_cuda_backend()));
 #endif
     return rows;

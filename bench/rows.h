@@ -21,6 +21,9 @@ struct Stage {
   PreparedScene scene16, scene32, scene64, usual;  ///< by super-voxels per axis; `usual`: render's
 };
 
+/// [length]
+float finest_voxel(const Case& which);
+
 /// What a run of photons took.
 struct Sample {
   Account account;

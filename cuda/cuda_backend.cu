@@ -46,18 +46,20 @@ class CudaBackend final : public Backend {
     stop_ = stop;
     arrays_.clear();
     medium_ = scene.medium;
-    const auto to_device = [&](const auto* host, std::size_t count) { return keep(host, count); };
+    const auto to_device = [&](const auto* host, std::size_t count) {
+      return arrays_.keep(host, count);
+    };
     std::visit([&](auto& medium) { medium.relocate(to_device); }, medium_);
     std::vector<Emitter> emitters = scene.emitters;
     for (Emitter& emitter : emitters) emitter.relocate(to_device);
     camera_ = scene.camera;
     camera_.relocate(to_device);
-    lights_ = {keep(emitters.data(), emitters.size()), static_cast<int>(emitters.size())};
+    lights_ = {arrays_.keep(emitters.data(), emitters.size()), static_cast<int>(emitters.size())};
     std::vector<DirectLight> direct = scene.direct_lights;
     for (DirectLight& light : direct) light.sky.relocate(to_device);
-    direct_lights_ = {keep(direct.data(), direct.size()), static_cast<int>(direct.size())};
+    direct_lights_ = {arrays_.keep(direct.data(), direct.size()), static_cast<int>(direct.size())};
     const std::vector<std::uint32_t>& bright = scene.bright_pixels;
-    bright_pixels_ = bright.empty() ? nullptr : keep(bright.data(), bright.size());
+    bright_pixels_ = bright.empty() ? nullptr : arrays_.keep(bright.data(), bright.size());
     illumination_ =
         Buffer<std::int64_t>(scene.cells.count() * static_cast<std::size_t>(scene.cells.moments()));
     matter_ = Buffer<std::int64_t>(scene.cells.count());
@@ -165,14 +167,6 @@ class CudaBackend final : public Backend {
     std::visit(launch_with, medium_, scene_->sampler);
   }
 
-  /// \return a copy of the array on the device, which lives until the next load().
-  template <class T>
-  const T* keep(const T* host, std::size_t count) {
-    auto buffer = std::make_shared<Buffer<T>>(host, count);
-    arrays_.push_back(buffer);
-    return buffer->data();
-  }
-
   const int device_;
   std::string name_;
   const PreparedScene* scene_ = nullptr;
@@ -183,7 +177,7 @@ class CudaBackend final : public Backend {
   DirectLights direct_lights_;
   IlluminationField field_;
   const std::uint32_t* bright_pixels_ = nullptr;
-  std::vector<std::shared_ptr<void>> arrays_;
+  DeviceArrays arrays_;
   Buffer<std::int64_t> illumination_, matter_, detectors_, clamped_, groups_;
   Buffer<float> numerator_, denominator_, depth_;
   Buffer<Account> accounts_;

@@ -70,4 +70,19 @@ class Buffer {
   std::unique_ptr<void, Free> data_;
 };
 
+/// Copies of the host's arrays on the current device, which live as long as this.
+class DeviceArrays {
+ public:
+  template <class T>
+  const T* keep(const T* host, std::size_t count) {
+    auto buffer = std::make_shared<Buffer<T>>(host, count);
+    arrays_.push_back(buffer);
+    return buffer->data();
+  }
+  void clear() { arrays_.clear(); }
+
+ private:
+  std::vector<std::shared_ptr<void>> arrays_;
+};
+
 }  // namespace tyndall
