@@ -40,7 +40,7 @@ class CudaRow final : public Row {
                                                 {cells_, sums.data()},
                                                 {accounts.data(), 64},
                                                 {}},
-                     {begin, begin + count}, {});
+                     {begin, begin + count}, {}, 1);
     };
     Sample sample;
     sample.photons = count;

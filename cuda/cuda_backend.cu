@@ -40,10 +40,10 @@ class CudaBackend final : public Backend {
   std::string name() const override { return name_; }
   int threads() const override { return thread_count(0); }
 
-  void load(const PreparedScene& scene, const Stop& stop) override {
+  void load(const PreparedScene& scene, const Stop& stop, const Stop& pause) override {
     select();
     scene_ = &scene;
-    stop_ = stop;
+    interrupts_ = {stop, pause};
     arrays_.clear();
     medium_ = scene.medium;
     const auto to_device = [&](const auto* host, std::size_t count) {
@@ -71,41 +71,42 @@ class CudaBackend final : public Backend {
     clamped_ = Buffer<std::int64_t>(1);
   }
 
-  void shoot(IndexRange photons) override {
+  std::uint64_t shoot(IndexRange photons) override {
     select();
     Detectors detectors = scene_->detectors;
     if (detectors_.size() > 0) detectors.sums = detectors_.data();
-    visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      run_pass(ShootPass<Medium, Sampler>{medium, sampler, lights_, scene_->seed,
-                                          IlluminationTally{scene_->cells, illumination_.data()},
-                                          accounts(), detectors},
-               photons, stop_);
+    return visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
+      return run_pass(
+          ShootPass<Medium, Sampler>{medium, sampler, lights_, scene_->seed,
+                                     IlluminationTally{scene_->cells, illumination_.data()},
+                                     accounts(), detectors},
+          photons, interrupts_);
     });
   }
 
-  void measure_matter(IndexRange cells) override {
+  std::uint64_t measure_matter(IndexRange cells) override {
     select();
-    std::visit(
+    return std::visit(
         [&]<class Medium>(const Medium& medium) {
-          run_pass(MatterPass<Medium>{medium, scene_->seed, scene_->cells, scene_->cell_size,
-                                      scene_->strata, scene_->matter_scale, matter_.data()},
-                   cells, stop_);
+          return run_pass(MatterPass<Medium>{medium, scene_->seed, scene_->cells, scene_->cell_size,
+                                             scene_->strata, scene_->matter_scale, matter_.data()},
+                          cells, interrupts_);
         },
         medium_);
   }
 
-  void measure_depth(IndexRange pixels) override {
+  std::uint64_t measure_depth(IndexRange pixels) override {
     select();
-    std::visit(
+    return std::visit(
         [&]<class Medium>(const Medium& medium) {
-          run_pass(DepthPass<Medium>{medium, camera_, depth_.data()}, pixels, stop_);
+          return run_pass(DepthPass<Medium>{medium, camera_, depth_.data()}, pixels, interrupts_);
         },
         medium_);
   }
 
   std::vector<std::int64_t> take_illumination() override { return take(illumination_); }
-  std::vector<std::int64_t> take_matter() override { return take_away(matter_); }
-  std::vector<float> take_depth() override { return take_away(depth_); }
+  std::vector<std::int64_t> take_matter() override { return take(matter_); }
+  std::vector<float> take_depth() override { return take(depth_); }
   std::vector<std::int64_t> take_detectors() override { return take(detectors_); }
 
   Account take_account() override {
@@ -122,18 +123,21 @@ class CudaBackend final : public Backend {
     field_ = {scene_->cells, numerator.empty() ? nullptr : numerator_.data(), denominator_.data()};
   }
 
-  void gather(IndexRange pixels, SampleRange samples) override {
+  std::uint64_t gather(IndexRange pixels, SampleRange samples) override {
     select();
-    visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      run_pass(
-          GatherPass<Medium, Sampler>{
-              medium, sampler, camera_, field_, direct_lights_, scene_->background, scene_->bounces,
-              scene_->is_apart, scene_->seed, samples,
-              Film{scene_->film_width, scene_->film_height, scene_->film_unit, pixels_.data(),
-                   clamped_.data(), scene_->groups.empty() ? nullptr : groups_.data(),
-                   static_cast<int>(scene_->groups.size())},
-              accounts(), bright_pixels_},
-          {pixels.begin * samples.count, pixels.end * samples.count}, stop_);
+    return visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
+      return run_pass(
+                 GatherPass<Medium, Sampler>{
+                     medium, sampler, camera_, field_, direct_lights_, scene_->background,
+                     scene_->bounces, scene_->is_apart, scene_->seed, samples,
+                     Film{scene_->film_width, scene_->film_height, scene_->film_unit,
+                          pixels_.data(), clamped_.data(),
+                          scene_->groups.empty() ? nullptr : groups_.data(),
+                          static_cast<int>(scene_->groups.size())},
+                     accounts(), bright_pixels_},
+                 {pixels.begin * samples.count, pixels.end * samples.count}, interrupts_,
+                 samples.count)
+             / samples.count;
     });
   }
 
@@ -155,22 +159,15 @@ class CudaBackend final : public Backend {
     return values;
   }
 
-  /// Measured once: its memory is of use elsewhere.
-  template <class T>
-  std::vector<T> take_away(Buffer<T>& buffer) const {
-    select();
-    return std::exchange(buffer, {}).read();
-  }
-
   template <class Launch>
-  void visit(Launch&& launch_with) {
-    std::visit(launch_with, medium_, scene_->sampler);
+  std::uint64_t visit(Launch&& launch_with) {
+    return std::visit(launch_with, medium_, scene_->sampler);
   }
 
   const int device_;
   std::string name_;
   const PreparedScene* scene_ = nullptr;
-  Stop stop_;
+  Interrupts interrupts_;
   AnyMedium medium_;  // its arrays on the device
   Camera camera_;     // the same
   Lights lights_;

@@ -33,8 +33,7 @@ class Buffer {
   /// A copy of what the host has.
   Buffer(const T* host, std::size_t count) : count_(count) {
     allocate();
-    require(cudaMemcpy(data_.get(), host, bytes(), cudaMemcpyHostToDevice),
-            "copying to the device");
+    write(host);
   }
   /// All bytes 0.
   explicit Buffer(std::size_t count) : count_(count) {
@@ -46,6 +45,11 @@ class Buffer {
   std::size_t size() const { return count_; }
   void clear() { require(cudaMemset(data_.get(), 0, bytes()), "clearing device memory"); }
 
+  /// \param host [size()]
+  void write(const T* host) {
+    require(cudaMemcpy(data_.get(), host, bytes(), cudaMemcpyHostToDevice),
+            "copying to the device");
+  }
   /// Waits for the kernels before it.
   std::vector<T> read() const {
     std::vector<T> host(count_);

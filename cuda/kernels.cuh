@@ -126,47 +126,57 @@ unsigned resident_blocks(Kernel kernel, std::uint64_t indices) {
 
 /// Paths by lanes that are kept busy.
 template <class Pass>
-void run_by_lanes(const Pass& pass, IndexRange range, const Stop& stop) {
+std::uint64_t run_by_lanes(const Pass& pass, IndexRange range, const Interrupts& interrupts,
+                           std::uint64_t together) {
   const unsigned blocks = resident_blocks(run_lanes<Pass>, range.end - range.begin);
   Buffer<typename Lane<Pass>::Saved> kept(std::size_t{blocks} * block_size);
-  const Queue start{range.begin, 0};
-  Buffer<Queue> queue(&start, 1);
+  Queue state{range.begin, 0};
+  Buffer<Queue> queue(&state, 1);
   Pace turns(256);
-  for (Queue left = start;;) {
-    stop_if(stop);
+  for (std::uint64_t end = range.end;;) {
+    stop_if(interrupts.stop);
+    if (interrupts.pause && interrupts.pause()) {  // what is begun is ended
+      const std::uint64_t begun = state.next - range.begin;
+      end = std::min(end, range.begin + (begun + together - 1) / together * together);
+    }
     turns.run([&] {
-      run_lanes<<<blocks, block_size>>>(pass, kept.data(), queue.data(), range.end,
+      run_lanes<<<blocks, block_size>>>(pass, kept.data(), queue.data(), end,
                                         static_cast<int>(turns.amount()));
     });
-    left = queue.read()[0];
-    if (left.busy == 0 && left.next >= range.end) return;
-    left.busy = 0;
-    queue = Buffer<Queue>(&left, 1);
+    state = queue.read()[0];
+    if (state.busy == 0 && state.next >= end) return end;
+    state.busy = 0;
+    queue.write(&state);
   }
 }
 
 /// Everything else: index by index.
 template <class Pass>
-void run_by_indices(const Pass& pass, IndexRange range, const Stop& stop) {
+std::uint64_t run_by_indices(const Pass& pass, IndexRange range, const Interrupts& interrupts,
+                             std::uint64_t together) {
   Pace indices(1 << 14);
-  for (std::uint64_t begin = range.begin; begin < range.end;) {
-    stop_if(stop);
-    const std::uint64_t end = begin + std::min<std::uint64_t>(range.end - begin, indices.amount());
+  std::uint64_t begin = range.begin;
+  while (begin < range.end && !(interrupts.pause && interrupts.pause())) {
+    stop_if(interrupts.stop);
+    const std::uint64_t wanted = (indices.amount() + together - 1) / together * together;
+    const std::uint64_t end = begin + std::min(range.end - begin, wanted);
     indices.run([&] {
       const auto blocks = static_cast<unsigned>((end - begin + block_size - 1) / block_size);
       run_indices<<<blocks, block_size>>>(pass, begin, end);
     });
     begin = end;
   }
+  return begin;
 }
 
 template <class Pass>
-void run_pass(const Pass& pass, IndexRange range, const Stop& stop) {
-  if (range.begin >= range.end) return;
+std::uint64_t run_pass(const Pass& pass, IndexRange range, const Interrupts& interrupts,
+                       std::uint64_t together) {
+  if (range.begin >= range.end) return range.end;
   if constexpr (has_lanes<Pass>)
-    run_by_lanes(pass, range, stop);
+    return run_by_lanes(pass, range, interrupts, together);
   else
-    run_by_indices(pass, range, stop);
+    return run_by_indices(pass, range, interrupts, together);
 }
 
 #define TYNDALL_FOR_ALL_MEDIA(instantiate) \

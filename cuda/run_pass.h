@@ -1,15 +1,22 @@
 /// \file
 /// Passes on the current device. The launches of a long run are short enough for the watchdog of a
-/// device that drives a display, and `stop` is asked between them.
+/// device that drives a display, and between them it may be interrupted.
 #pragma once
 
 #include "tyndall/render/backend.h"
 
 namespace tyndall {
 
-/// Calls `pass` for all indices of `range`, one path or cell a lane. Instantiated for the passes of
-/// all media and samplers. \throws Error(device), Stopped
+/// See Backend::load().
+struct Interrupts {
+  Stop stop, pause;
+};
+
+/// Calls `pass` for the indices of `range`, one path or cell a lane; `together` of them are done or
+/// not done. Instantiated for the passes of all media and samplers. \return the end of those that
+/// are done. \throws Error(device), Stopped
 template <class Pass>
-void run_pass(const Pass& pass, IndexRange range, const Stop& stop);
+std::uint64_t run_pass(const Pass& pass, IndexRange range, const Interrupts& interrupts,
+                       std::uint64_t together = 1);
 
 }  // namespace tyndall

@@ -31,7 +31,7 @@ int tell_failure(std::string_view who) {
   } catch (const Error& error) {
     // A call that a signal cut short fails too; the signal is the reason.
     const int code = fail(who, error.code(), error.what());
-    return caught_signal() != 0 ? 128 + caught_signal() : code;
+    return is_cut_short() ? 128 + caught_signal() : code;
   } catch (const std::bad_alloc&) {
     return fail(who, ExitCode::out_of_memory,
                 "out of memory; lower camera.resolution or the resolutions of the grids");

@@ -18,6 +18,7 @@
 #include "app/memory.h"
 #include "app/merge_command.h"
 #include "app/outputs.h"
+#include "app/ranks.h"
 #include "app/render_command.h"
 #include "io/convert.h"
 #include "io/info.h"
@@ -301,6 +302,7 @@ int run(int argc, char** argv) {
   if (app.get_subcommands().empty())
     throw Error(ExitCode::usage, "a command is missing (see `tyndall help`)");
   if (*render) return static_cast<int>(render_command(arguments));
+  if (is_other_rank()) return 0;
   if (*merge) merge_command(merging);
   if (*validate) {
     const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);

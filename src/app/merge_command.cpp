@@ -38,17 +38,27 @@ void refuse_gaps(const Partial& part, const std::string& name, bool allowed, Nee
 #if TYNDALL_ZSTD
 namespace {
 
+void add_to(Partial& sum, const std::string& name, const std::string& path) {
+  Partial part = io::read_part(path, available_memory());
+  if (const Ranges twice = shot_twice(sum, part); !twice.empty()) {
+    throw Error(ExitCode::input_missing,
+                fmt::format("{}: cannot be merged with {}: both have photons {}", path, name,
+                            twice.text()));
+  }
+  merge(sum, name, std::move(part), path);
+}
+
 /// \return the sum of all parts. \throws Error that names the two files that do not go together
 Partial sum_of(const std::vector<std::string>& paths) {
   Partial sum = io::read_part(paths[0], available_memory());
   for (std::size_t i = 1; i < paths.size(); ++i) {
     try {
-      merge(sum, "the parts before it", io::read_part(paths[i], available_memory()), paths[i]);
+      add_to(sum, "the parts before it", paths[i]);
     } catch (const Error&) {
       sum = {};
       for (std::size_t k = 0; k < i; ++k) {  // which of those?
         Partial other = io::read_part(paths[k], available_memory());
-        merge(other, paths[k], io::read_part(paths[i], available_memory()), paths[i]);
+        add_to(other, paths[k], paths[i]);
       }
       throw;
     }
@@ -64,7 +74,7 @@ void merge_command(const MergeArguments& arguments) {
   Outputs outputs;
   for (const std::string& path : arguments.outputs) outputs.add(path);
   outputs.refuse_repeats();
-  refuse_inputs(arguments.parts, outputs.paths());
+  refuse_inputs(arguments.parts, outputs.paths(), "one of the parts", "one of the parts");
   catch_signals();
   leave_on_signal();
   outputs.open();

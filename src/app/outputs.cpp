@@ -116,7 +116,8 @@ void Outputs::write(const io::Run& run) {
   std::string failures;
   for (Output& output : outputs_) {
     try {
-      if (!output.file) output.file.emplace(output.path);
+      // Who cleans up temporaries must not cost a picture.
+      if (!output.file || !output.file->is_there()) output.file.emplace(output.path);
       output.writer(run, *output.file);
       output.file->commit();
       say(fmt::format("written  {}\n", output.path));
@@ -138,14 +139,13 @@ std::string default_extension() { return formats[0].extension; }
 
 bool is_part(const std::string& path) { return extension_of(path) == ".tyn"; }
 
-void refuse_inputs(const std::vector<std::string>& inputs,
-                   const std::vector<std::string>& outputs) {
+void refuse_inputs(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs,
+                   const char* first, const char* others) {
   for (const std::string& path : outputs) {
     for (const std::string& input : inputs) {
       std::error_code error;
       if (!fs::equivalent(input, path, error)) continue;
-      const bool scene = input == inputs.front();
-      usage_error(fmt::format("{}: is {}", path, scene ? "the scene itself" : "read by the scene"));
+      usage_error(fmt::format("{}: is {}", path, input == inputs.front() ? first : others));
     }
   }
 }

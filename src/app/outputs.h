@@ -45,6 +45,9 @@ std::string default_extension();
 bool is_part(const std::string& path);
 
 /// No output may replace what the scene is made of. \throws Error(usage)
-void refuse_inputs(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs);
+/// \param first, others what the inputs are
+void refuse_inputs(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs,
+                   const char* first = "the scene itself",
+                   const char* others = "read by the scene");
 
 }  // namespace tyndall::app

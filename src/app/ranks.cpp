@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <string>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -29,6 +30,12 @@ std::unique_ptr<Communicator> join_ranks() {
   std::unique_ptr<Communicator> ranks(start());
   if (!ranks) throw Error(ExitCode::internal, "MPI could not be started");
   return ranks;
+}
+
+bool is_other_rank() {
+  for (const char* name : {"OMPI_COMM_WORLD_RANK", "PMI_RANK", "PMIX_RANK"})
+    if (const char* rank = std::getenv(name)) return std::string_view(rank) != "0";
+  return false;
 }
 
 }  // namespace tyndall::app

@@ -59,6 +59,8 @@ void refuse_ranges_beyond(const Scene& scene, const RenderArguments& arguments) 
     usage_error(fmt::format("{} {}:{}: the scene has {} ({})", option, range->begin, range->end,
                             count, key));
   };
+  if (arguments.photons && scene.integrator == scene::Integrator::path)
+    usage_error("--photon-range: paths (integrator \"path\") shoot no photons");
   refuse("--photon-range", arguments.photons, scene.photons, "photons.count");
   refuse("--sample-range", arguments.samples, scene.samples, "gather.samples");
 }
@@ -94,6 +96,7 @@ class Watch {
     };
     // Before there is anything to write a signal ends the work in the midst of it.
     options.stop = [this] { return !ends_in_order_ && caught_signal() != 0; };
+    options.pause = [] { return caught_signal() != 0; };
     options.go_on = [this](Renderer& renderer, Moment moment) { return go_on(renderer, moment); };
     return options;
   }
@@ -116,8 +119,8 @@ class Watch {
 
   bool go_on(Renderer& renderer, Moment moment) {
     if (caught_signal() != 0) return false;
-    if (moment == Moment::measure) return true;
-    if (take_request_for_picture()) {
+    const bool can_show = renderer.has_picture() || renderer.has_preview();
+    if (can_show && take_request_for_picture()) {
       meter_.clear();
       try {
         RenderResult result =
@@ -262,6 +265,7 @@ ExitCode help(const RenderArguments& arguments, Communicator& ranks) {
 
 /// \param ranks null: this process alone
 ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go& go) {
+  expect_requests();
   // Whatever can be wrong comes to light before the work begins: first the command line, then the
   // scene, then the machine.
   Outputs outputs;
@@ -356,8 +360,17 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
       warn(error.what());
     }
   }
+  const std::string reason = signal != 0 ? "a signal" : "the limit";
+  const std::string remedy =
+      has_checkpoint ? fmt::format("; --checkpoint {} --resume goes on", arguments.checkpoint) : "";
+  const ExitCode stopped = signal != 0 ? static_cast<ExitCode>(128 + signal) : ExitCode::limit;
   const bool shows = renderer->has_picture() || renderer->shoots_only();
   if (!is_done && !shows && signal != 0 && !has_checkpoint) throw Stopped{};
+  if (!is_done && !shows && !renderer->has_preview()) {
+    say(fmt::format("tyndall: stopped by {} before there was anything to see: no picture{}\n",
+                    reason, remedy));
+    return stopped;
+  }
   RenderResult result = shows ? renderer->result() : renderer->preview(preview_seconds);
   write(result);
   if (arguments.print_hash) {
@@ -372,11 +385,9 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   }
   say(fmt::format(
       "tyndall: stopped by {}; what was written {} photons {} of {} and samples {} of {}{}\n",
-      signal != 0 ? "a signal" : "the limit", result.is_preview ? "is a preview of" : "has",
-      result.photons.text(), result.frame.photons, result.samples.text(), result.frame.samples,
-      has_checkpoint ? fmt::format("; --checkpoint {} --resume goes on", arguments.checkpoint)
-                     : ""));
-  return signal != 0 ? static_cast<ExitCode>(128 + signal) : ExitCode::limit;
+      reason, result.is_preview ? "is a preview of" : "has", result.photons.text(),
+      result.frame.photons, result.samples.text(), result.frame.samples, remedy));
+  return stopped;
 }
 
 }  // namespace

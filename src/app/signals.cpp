@@ -57,11 +57,16 @@ void catch_signals(double seconds) {
   ::sigaction(SIGHUP, nullptr, &hangup);
   if (hangup.sa_handler != SIG_IGN) ::sigaction(SIGHUP, &action, nullptr);  // not under nohup
   std::signal(SIGPIPE, SIG_IGN);
+}
+
+void expect_requests() {
   struct sigaction request {};
   request.sa_handler = on_request;
   request.sa_flags = SA_RESTART;
   ::sigaction(SIGUSR1, &request, nullptr);
 }
+
+bool is_cut_short() noexcept { return caught != 0 && resting == 0; }
 
 void end_patience() noexcept {
   resting = 1;

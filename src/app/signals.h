@@ -19,10 +19,16 @@ void leave_on_signal() noexcept;
 /// The render has stopped in order: what it still has to write takes its time.
 void end_patience() noexcept;
 
+/// From here on SIGUSR1 asks for the picture: sooner it would end the program.
+void expect_requests();
+
 /// \return whether SIGUSR1 has come since the last call.
 bool take_request_for_picture() noexcept;
 
 /// \return number of the signal that was noted, 0 for none.
 int caught_signal() noexcept;
+
+/// \return whether a signal was noted before end_patience(): then it is the reason of what fails.
+bool is_cut_short() noexcept;
 
 }  // namespace tyndall::app

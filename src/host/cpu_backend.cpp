@@ -27,23 +27,24 @@ class CpuBackend final : public Backend {
   }
   int threads() const override { return threads_; }
 
-  void load(const PreparedScene& scene, const Stop& stop) override {
+  void load(const PreparedScene& scene, const Stop& stop, const Stop& pause) override {
     scene_ = &scene;
     stop_ = stop;
-    const std::size_t cells = scene.cells.count();
+    pause_ = pause;
     illumination_.clear();
-    resize_in_huge_pages(illumination_, cells * static_cast<std::size_t>(scene.cells.moments()));
-    matter_.assign(cells, 0);
+    resize_in_huge_pages(illumination_,
+                         scene.cells.count() * static_cast<std::size_t>(scene.cells.moments()));
+    matter_.clear();
     detectors_.assign(3 * scene.detectors.count(), 0);
-    depth_.assign(scene.pixels(), no_depth);
+    depth_.clear();
     account_ = {};
     clear_film();
   }
 
-  void shoot(IndexRange photons) override {
+  std::uint64_t shoot(IndexRange photons) override {
     Detectors detectors = scene_->detectors;
     if (!detectors_.empty()) detectors.sums = detectors_.data();
-    visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
+    return visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
       const ShootPass<Medium, Sampler> pass{
           medium,
           sampler,
@@ -52,30 +53,33 @@ class CpuBackend final : public Backend {
           IlluminationTally{scene_->cells, illumination_.data()},
           {nullptr},
           detectors};
-      run_walks(photons, pass);
+      return run_walks(photons, pass);
     });
   }
 
-  void measure_matter(IndexRange cells) override {
-    std::visit(
+  std::uint64_t measure_matter(IndexRange cells) override {
+    matter_.resize(scene_->cells.count());
+    return std::visit(
         [&]<class Medium>(const Medium& medium) {
           const MatterPass<Medium> pass{
               medium,         scene_->seed,         scene_->cells, scene_->cell_size,
               scene_->strata, scene_->matter_scale, matter_.data()};
-          parallel_for(cells.begin, cells.end, 64, threads_,
-                       [&](std::uint64_t begin, std::uint64_t end) {
-                         run_lanes(pass, begin, end, stop_, instruction_set_);
-                       });
+          return parallel_for_until(pause_, cells.begin, cells.end, 64, threads_,
+                                    [&](std::uint64_t begin, std::uint64_t end) {
+                                      run_lanes(pass, begin, end, stop_, instruction_set_);
+                                    });
         },
         scene_->medium);
   }
 
-  void measure_depth(IndexRange pixels) override {
-    std::visit(
+  std::uint64_t measure_depth(IndexRange pixels) override {
+    if (depth_.empty()) depth_.assign(scene_->pixels(), no_depth);
+    return std::visit(
         [&]<class Medium>(const Medium& medium) {
           const DepthPass<Medium> pass{medium, scene_->camera, depth_.data()};
-          parallel_for(pixels.begin, pixels.end, 64, threads_,
-                       [&](std::uint64_t begin, std::uint64_t end) { run(pass, begin, end); });
+          return parallel_for_until(
+              pause_, pixels.begin, pixels.end, 64, threads_,
+              [&](std::uint64_t begin, std::uint64_t end) { run(pass, begin, end); });
         },
         scene_->medium);
   }
@@ -85,8 +89,15 @@ class CpuBackend final : public Backend {
     resize_in_huge_pages(empty, illumination_.size());
     return std::exchange(illumination_, std::move(empty));
   }
-  std::vector<std::int64_t> take_matter() override { return std::exchange(matter_, {}); }
-  std::vector<float> take_depth() override { return std::exchange(depth_, {}); }
+  // These two are taken once, as a rule, and their memory with them.
+  std::vector<std::int64_t> take_matter() override {
+    matter_.resize(scene_->cells.count());
+    return std::exchange(matter_, {});
+  }
+  std::vector<float> take_depth() override {
+    if (depth_.empty()) depth_.assign(scene_->pixels(), no_depth);
+    return std::exchange(depth_, {});
+  }
   std::vector<std::int64_t> take_detectors() override {
     std::vector<std::int64_t> empty(detectors_.size(), 0);
     return std::exchange(detectors_, std::move(empty));
@@ -98,27 +109,28 @@ class CpuBackend final : public Backend {
     field_ = {scene_->cells, numerator.empty() ? nullptr : numerator.data(), denominator.data()};
   }
 
-  void gather(IndexRange pixels, SampleRange samples) override {
-    visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      run_walks(
-          {pixels.begin * samples.count, pixels.end * samples.count},
-          GatherPass<Medium, Sampler>{
-              medium,
-              sampler,
-              scene_->camera,
-              field_,
-              DirectLights{scene_->direct_lights.data(),
-                           static_cast<int>(scene_->direct_lights.size())},
-              scene_->background,
-              scene_->bounces,
-              scene_->is_apart,
-              scene_->seed,
-              samples,
-              Film{scene_->film_width, scene_->film_height, scene_->film_unit, film_.pixels.data(),
-                   &film_.clamped, film_.groups.empty() ? nullptr : film_.groups.data(),
-                   static_cast<int>(scene_->groups.size())},
-              {nullptr},
-              scene_->bright_pixels.empty() ? nullptr : scene_->bright_pixels.data()});
+  std::uint64_t gather(IndexRange pixels, SampleRange samples) override {
+    return visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
+      const GatherPass<Medium, Sampler> pass{
+          medium,
+          sampler,
+          scene_->camera,
+          field_,
+          DirectLights{scene_->direct_lights.data(),
+                       static_cast<int>(scene_->direct_lights.size())},
+          scene_->background,
+          scene_->bounces,
+          scene_->is_apart,
+          scene_->seed,
+          samples,
+          Film{scene_->film_width, scene_->film_height, scene_->film_unit, film_.pixels.data(),
+               &film_.clamped, film_.groups.empty() ? nullptr : film_.groups.data(),
+               static_cast<int>(scene_->groups.size())},
+          {nullptr},
+          scene_->bright_pixels.empty() ? nullptr : scene_->bright_pixels.data()};
+      return run_walks({pixels.begin * samples.count, pixels.end * samples.count}, pass,
+                       samples.count)
+             / samples.count;
     });
   }
 
@@ -137,30 +149,33 @@ class CpuBackend final : public Backend {
 
   /// The medium's and the sampler's types are chosen here, once a launch.
   template <class Launch>
-  void visit(Launch&& launch) {
-    std::visit(launch, scene_->medium, scene_->sampler);
+  std::uint64_t visit(Launch&& launch) {
+    return std::visit(launch, scene_->medium, scene_->sampler);
   }
 
-  /// Calls a pass of walks for every index.
+  /// Calls a pass of walks for every index, `together` of which are done or not done.
   template <class Pass>
-  void run_walks(IndexRange range, const Pass& pass) {
+  std::uint64_t run_walks(IndexRange range, const Pass& pass, std::uint64_t together = 1) {
     const bool by_lanes = has_lanes(pass);
-    // Long chunks: the lanes of a chunk's last paths run half empty.
+    // Long chunks: the lanes of a chunk's last paths run half empty. But a pause waits for them.
     const std::uint64_t share =
         (range.end - range.begin) / (4 * static_cast<std::uint64_t>(threads_));
-    parallel_for(range.begin, range.end,
-                 by_lanes ? std::clamp<std::uint64_t>(share, 2048, 65536) : 64, threads_,
-                 [&](std::uint64_t begin, std::uint64_t end) {
-                   Account account;  // a chunk's own, lest the threads fight over one
-                   Pass own = pass;
-                   own.accounts = {&account};
-                   if (by_lanes) {
-                     run_side_by_side(own, begin, end);
-                   } else {
-                     run(own, begin, end);
-                   }
-                   add(account_, account);
-                 });
+    const std::uint64_t grain = by_lanes ? std::clamp<std::uint64_t>(
+                                    share, std::min<std::uint64_t>(4 * share + 1, 2048), 16384)
+                                         : 64;
+    return parallel_for_until(pause_, range.begin, range.end,
+                              (grain + together - 1) / together * together, threads_,
+                              [&](std::uint64_t begin, std::uint64_t end) {
+                                Account account;  // a chunk's own, lest the threads fight over one
+                                Pass own = pass;
+                                own.accounts = {&account};
+                                if (by_lanes) {
+                                  run_side_by_side(own, begin, end);
+                                } else {
+                                  run(own, begin, end);
+                                }
+                                add(account_, account);
+                              });
   }
 
   template <class Medium, template <class, class> class Pass>
@@ -192,7 +207,7 @@ class CpuBackend final : public Backend {
   int threads_;
   std::string instruction_set_;
   const PreparedScene* scene_ = nullptr;
-  Stop stop_;
+  Stop stop_, pause_;
   std::vector<std::int64_t> illumination_, matter_, detectors_;
   std::vector<float> depth_;
   Account account_;

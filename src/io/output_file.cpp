@@ -189,6 +189,11 @@ void OutputFile::open_temporary(const std::string& folder, unsigned mode, bool k
   if (keep_mode) static_cast<void>(::fchmod(descriptor_, mode));
 }
 
+bool OutputFile::is_there() const {
+  struct stat status {};
+  return temporary_.empty() || (::fstat(descriptor_, &status) == 0 && status.st_nlink > 0);
+}
+
 void OutputFile::write(std::string_view bytes) {
   constexpr std::size_t most = std::size_t{1} << 30;  // Linux writes less than 2 GiB at once
   while (!bytes.empty()) {

@@ -24,6 +24,8 @@ class OutputFile {
   OutputFile(OutputFile&& other) noexcept;
   OutputFile& operator=(OutputFile&&) = delete;
 
+  /// \return false where somebody has removed the temporary since.
+  bool is_there() const;
   /// Appends `bytes`. \throws Error(output_failed): disk full, quota, input/output error.
   void write(std::string_view bytes);
   /// Makes what was written the target, safe against a power failure. \throws Error(output_failed).

@@ -147,11 +147,12 @@ void for_each_value(P& part, Each& each) {
   all(f.scene_hash, f.arithmetic, f.seed, f.photons, f.samples, f.replicates, f.components,
       f.has_bounds, f.width, f.height, f.left, f.top, f.whole_width, f.whole_height, f.film_unit,
       f.exposure, f.groups, f.shot_power, f.unshot_power[0], f.unshot_power[1], f.unshot_power[2],
-      f.light_words, f.longest_path, f.warnings);
+      f.cells, f.light_words, f.longest_path, f.warnings);
   auto& d = f.detectors;
   all(d.flux_u, d.flux_v, d.lengths, d.scatterings, d.angles, d.nx, d.ny, d.nz);
-  all(part.matter_hash, part.film.clamped, part.slice_replicate, part.slice, part.slice_pixels,
-      part.slice_film.clamped, part.slice_gathered);
+  all(part.matter_hash, part.matter_cells, part.depth_pixels, part.film.clamped,
+      part.slice_replicate, part.slice, part.slice_pixels, part.slice_film.clamped,
+      part.slice_gathered);
   if constexpr (!std::is_const_v<P>) {
     if (f.replicates < 1 || f.replicates > most_replicates) throw Malformed{};
     part.replicates.resize(static_cast<std::size_t>(f.replicates));
@@ -174,6 +175,7 @@ void for_each_array(P& part, const Each& each) {
   each("groups", part.film.groups, groups);
   each("slice", part.slice_film.pixels, pixels);
   each("slice groups", part.slice_film.groups, groups);
+  each("matter", part.matter, f.cells);
   each("depth", part.depth, pixels);
 }
 
@@ -258,7 +260,9 @@ bool is_sound(const Partial& part) {
     if (n < 0 || n > most) return false;
   if (f.components < 0 || f.components > max_components) return false;
   if (f.groups.size() > 4096) return false;
-  if (f.light_words > std::uint64_t{1} << 40 || f.samples == 0) return false;
+  if (f.light_words > std::uint64_t{1} << 40 || f.cells > f.light_words || f.samples == 0)
+    return false;
+  if (part.matter_cells > f.cells || part.depth_pixels > f.pixels()) return false;
   if (part.slice_replicate >= f.replicates || part.slice_pixels > f.pixels()) return false;
   for (int i = 0; i < f.replicates; ++i) {
     const Replicate& r = part.replicates[static_cast<std::size_t>(i)];
@@ -281,6 +285,8 @@ bool is_whole(const Partial& part) {
   const auto has_groups = [&](const FilmTallies& film) {
     return film.groups.empty() == (film.pixels.empty() || part.frame.groups.empty());
   };
+  if (part.matter.empty() != (part.matter_cells == 0)) return false;
+  if (part.depth.empty() != (part.depth_pixels == 0)) return false;
   return has_samples != part.film.pixels.empty() && has_groups(part.film)
          && has_groups(part.slice_film);
 }

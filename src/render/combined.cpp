@@ -29,26 +29,29 @@ class CombinedBackend final : public Backend {
   }
   int threads() const override { return backends_[0]->threads(); }
 
-  void load(const PreparedScene& scene, const Stop& stop) override {
+  void load(const PreparedScene& scene, const Stop& stop, const Stop& pause) override {
+    pause_ = pause;
     has_depth_.assign(backends_.size(), {});
     // One that fails ends the work of all.
     const Stop any = [this, stop] { return has_failed_ || (stop && stop()); };
     each([&](std::size_t b) { backends_[b]->load(scene, any); });
   }
-  void shoot(IndexRange photons) override {
-    deal(photons, [&](std::size_t b, IndexRange chunk) { backends_[b]->shoot(chunk); });
+  std::uint64_t shoot(IndexRange photons) override {
+    return deal(photons, [&](std::size_t b, IndexRange chunk) { backends_[b]->shoot(chunk); });
   }
-  void measure_matter(IndexRange cells) override {
-    deal(cells, [&](std::size_t b, IndexRange chunk) { backends_[b]->measure_matter(chunk); });
+  std::uint64_t measure_matter(IndexRange cells) override {
+    return deal(cells,
+                [&](std::size_t b, IndexRange chunk) { backends_[b]->measure_matter(chunk); });
   }
-  void measure_depth(IndexRange pixels) override {
-    deal(pixels, [&](std::size_t b, IndexRange chunk) {
+  std::uint64_t measure_depth(IndexRange pixels) override {
+    return deal(pixels, [&](std::size_t b, IndexRange chunk) {
       backends_[b]->measure_depth(chunk);
       has_depth_[b].add(chunk);
     });
   }
-  void gather(IndexRange pixels, SampleRange samples) override {
-    deal(pixels, [&](std::size_t b, IndexRange chunk) { backends_[b]->gather(chunk, samples); });
+  std::uint64_t gather(IndexRange pixels, SampleRange samples) override {
+    return deal(pixels,
+                [&](std::size_t b, IndexRange chunk) { backends_[b]->gather(chunk, samples); });
   }
   void illuminate(const std::vector<float>& numerator,
                   const std::vector<float>& denominator) override {
@@ -61,11 +64,14 @@ class CombinedBackend final : public Backend {
   }
   std::vector<std::int64_t> take_detectors() override { return add_up(&Backend::take_detectors); }
   std::vector<float> take_depth() override {
-    std::vector<float> depth = backends_[0]->take_depth();
-    for (std::size_t b = 1; b < backends_.size(); ++b) {
-      const std::vector<float> more = backends_[b]->take_depth();
-      for (const IndexRange& range : has_depth_[b].list())
-        for (std::uint64_t i = range.begin; i < range.end; ++i) depth[i] = more[i];
+    std::vector<float> depth;
+    for (std::size_t b = 0; b < backends_.size(); ++b) {
+      const Ranges done = std::exchange(has_depth_[b], {});
+      if (done.empty()) continue;
+      const std::vector<float> own = backends_[b]->take_depth();
+      depth.resize(own.size());
+      for (const IndexRange& range : done.list())
+        for (std::uint64_t i = range.begin; i < range.end; ++i) depth[i] = own[i];
     }
     return depth;
   }
@@ -104,9 +110,9 @@ class CombinedBackend final : public Backend {
     if (failure) std::rethrow_exception(failure);
   }
 
-  /// Chunks of `range` to whoever is free.
+  /// Chunks of `range` to whoever is free, in order. \return the end of those that are done.
   template <class Work>
-  void deal(IndexRange range, const Work& work) {
+  std::uint64_t deal(IndexRange range, const Work& work) {
     const std::uint64_t count = range.end - range.begin;
     const std::uint64_t chunk =
         std::max<std::uint64_t>(count / (chunks_each * backends_.size()), 1);
@@ -114,11 +120,13 @@ class CombinedBackend final : public Backend {
     each([&](std::size_t b) {
       const DefaultFloatingPoint guard;
       for (;;) {
+        if (has_failed_ || (pause_ && pause_())) return;
         const std::uint64_t from = dealt.fetch_add(chunk);
-        if (from >= count || has_failed_) return;
+        if (from >= count) return;
         work(b, {range.begin + from, range.begin + std::min(from + chunk, count)});
       }
     });
+    return range.begin + std::min(dealt.load(), count);
   }
   static constexpr std::uint64_t chunks_each = 4;  // the slowest keeps all waiting for one of its
 
@@ -131,6 +139,7 @@ class CombinedBackend final : public Backend {
   const std::vector<std::unique_ptr<Backend>> backends_;
   std::vector<Ranges> has_depth_;  // which pixels each has measured
   std::atomic<bool> has_failed_ = false;
+  Stop pause_;
 };
 
 }  // namespace

@@ -58,7 +58,7 @@ class Development {
         return radiance(part_.film.groups[(i * groups + g) * 3 + c]);
       });
     }
-    if (!part_.depth.empty()) picture.layers.push_back({"depth", "Z", part_.depth});
+    if (part_.has_depth()) picture.layers.push_back({"depth", "Z", part_.depth});
     picture.layers.push_back(
         {"samples", "Y", std::vector<float>(pixels_.size(), static_cast<float>(samples_))});
     return picture;

@@ -165,7 +165,7 @@ class DistributedBackend final : public Backend {
   std::string name() const override { return name_; }
   int threads() const override { return threads_; }
 
-  void load(const PreparedScene& scene, const Stop& stop) override {
+  void load(const PreparedScene& scene, const Stop& stop, const Stop&) override {
     if (const std::int64_t others = load_all(scene, stop); others > 0) {
       throw Error(
           ExitCode::scene_invalid,
@@ -174,11 +174,15 @@ class DistributedBackend final : public Backend {
                       others, rank_.ranks().size()));
     }
   }
-  void shoot(IndexRange photons) override { work(Order::shoot, photons); }
-  void measure_matter(IndexRange cells) override { work(Order::measure_matter, cells); }
-  void measure_depth(IndexRange pixels) override { work(Order::measure_depth, pixels); }
-  void gather(IndexRange pixels, SampleRange samples) override {
-    work(Order::gather, pixels, samples);
+  std::uint64_t shoot(IndexRange photons) override { return work(Order::shoot, photons); }
+  std::uint64_t measure_matter(IndexRange cells) override {
+    return work(Order::measure_matter, cells);
+  }
+  std::uint64_t measure_depth(IndexRange pixels) override {
+    return work(Order::measure_depth, pixels);
+  }
+  std::uint64_t gather(IndexRange pixels, SampleRange samples) override {
+    return work(Order::gather, pixels, samples);
   }
   std::vector<std::int64_t> take_matter() override {
     const Step step(*this, {Order::take_matter});
@@ -241,14 +245,16 @@ class DistributedBackend final : public Backend {
     return rank_.load(scene, stop);
   }
 
-  void work(Order order, IndexRange range, SampleRange samples = {}) {
-    if (range.begin >= range.end) return;
+  /// All of it: nobody tells the others to pause.
+  std::uint64_t work(Order order, IndexRange range, SampleRange samples = {}) {
+    if (range.begin >= range.end) return range.end;
     const auto shares = 2 * static_cast<std::uint64_t>(rank_.ranks().size());
     Command command{order, range, samples, next_ticket_, 1, {}};
     command.chunk = std::max<std::uint64_t>((range.end - range.begin) / shares, 1);
     next_ticket_ += (range.end - range.begin + command.chunk - 1) / command.chunk;
     const Step step(*this, command);
     rank_.work(command);
+    return range.end;
   }
 
   Rank rank_;

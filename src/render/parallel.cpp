@@ -90,4 +90,21 @@ void parallel_for(std::uint64_t begin, std::uint64_t end, std::uint64_t grain, i
 
 #endif
 
+std::uint64_t parallel_for_until(const Stop& pause, std::uint64_t begin, std::uint64_t end,
+                                 std::uint64_t grain, int threads,
+                                 const std::function<void(std::uint64_t, std::uint64_t)>& body) {
+  if (begin >= end) return begin;
+  std::atomic<std::uint64_t> next{begin};
+  const auto workers = std::min<std::uint64_t>(static_cast<std::uint64_t>(thread_count(threads)),
+                                               (end - begin + grain - 1) / grain);
+  parallel_for(0, workers, 1, threads, [&](std::uint64_t, std::uint64_t) {
+    while (!pause || !pause()) {
+      const std::uint64_t first = next.fetch_add(grain);
+      if (first >= end) return;
+      body(first, std::min(first + grain, end));
+    }
+  });
+  return std::min(next.load(), end);
+}
+
 }  // namespace tyndall

@@ -45,7 +45,7 @@ void require_same(const Frame& a, const std::string& name, const Frame& b,
   }
   // What a hash promises a damaged file need not keep.
   const auto sizes = [](const Frame& f) {
-    return std::tuple(f.photons, f.samples, f.replicates, f.components, f.width, f.height,
+    return std::tuple(f.photons, f.samples, f.replicates, f.components, f.width, f.height, f.cells,
                       f.light_words, f.groups.size(), f.detectors.count());
   };
   if (sizes(a) != sizes(b))
@@ -215,6 +215,8 @@ bool Partial::is_complete() const {
 Partial without_light(Partial part) {
   part.slice_replicate = -1;
   part.slice_film = {};
+  part.matter = {};
+  part.matter_cells = 0;
   if (part.film.pixels.empty()) return part;
   for (Replicate& r : part.replicates) {
     if (r.samples.empty()) r = {};
@@ -222,6 +224,15 @@ Partial without_light(Partial part) {
     r.light = {};
   }
   return part;
+}
+
+Ranges shot_twice(const Partial& a, const Partial& b) {
+  Ranges twice;
+  for (std::size_t r = 0; r < std::min(a.replicates.size(), b.replicates.size()); ++r) {
+    if (a.replicates[r].samples.empty() && b.replicates[r].samples.empty())
+      twice.add(a.replicates[r].photons.common(b.replicates[r].photons));
+  }
+  return twice;
 }
 
 void merge(Partial& part, const std::string& name, Partial other, const std::string& other_name) {
@@ -236,7 +247,14 @@ void merge(Partial& part, const std::string& name, Partial other, const std::str
     merge(part.replicates[r], name, std::move(other.replicates[r]), other_name);
   add_to(part.film, std::move(other.film));
   if (part.matter_hash == 0) part.matter_hash = other.matter_hash;
-  if (part.depth.empty()) part.depth = std::move(other.depth);
+  if (other.matter_cells > part.matter_cells) {
+    part.matter = std::move(other.matter);
+    part.matter_cells = other.matter_cells;
+  }
+  if (other.depth_pixels > part.depth_pixels) {
+    part.depth = std::move(other.depth);
+    part.depth_pixels = other.depth_pixels;
+  }
 }
 
 std::uint64_t hash_tallies(const Partial& part) {

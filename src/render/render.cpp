@@ -31,14 +31,16 @@ class PassRunner {
  public:
   using Time = Clock::time_point;
 
-  PassRunner(const RenderOptions& options, const char* name, std::uint64_t total,
+  /// \param[out] deadline of the batch under way, for those who work at it
+  PassRunner(const RenderOptions& options, const char* name, std::uint64_t total, Time& deadline,
              std::uint64_t done = 0)
-      : options_(options), name_(name), total_(total), done_(done) {
+      : options_(options), name_(name), total_(total), deadline_(deadline), done_(done) {
     if (options_.batch > 0) size_ = options_.batch;
   }
 
-  /// \param pass (IndexRange) \param go_on asked after each batch \param weight of an index
-  /// \return the end of the last batch: before part.end where go_on said no.
+  /// \param pass (IndexRange) -> end of what was done \param go_on asked after each batch
+  /// \param weight of an index \return the end of the last batch: before part.end where go_on said
+  /// no.
   template <class Pass, class GoOn>
   std::uint64_t run(IndexRange part, const Pass& pass, const GoOn& go_on,
                     std::uint64_t weight = 1) {
@@ -46,23 +48,21 @@ class PassRunner {
     std::uint64_t begin = part.begin;
     while (begin < part.end) {
       report(done_);
-      const std::uint64_t end =
-          begin + std::min(part.end - begin, std::max<std::uint64_t>(size_ / weight, 1));
+      const IndexRange batch{
+          begin, begin + std::min(part.end - begin, std::max<std::uint64_t>(size_ / weight, 1))};
       const auto batch_start = Clock::now();
-      pass(IndexRange{begin, end});
+      deadline_ = batch_start + std::chrono::milliseconds(200);  // what comes may be far dearer
+      const std::uint64_t end = pass(batch);
       done_ += (end - begin) * weight;
       begin = end;
-      if (options_.batch == 0 && seconds_since(batch_start) < 0.1) size_ *= 2;
+      const double took = seconds_since(batch_start);
+      if (options_.batch == 0 && took < 0.1 && end == batch.end) size_ *= 2;
+      if (options_.batch == 0 && took > 0.2) size_ = std::max<std::uint64_t>(size_ / 2, 256);
       if (begin < part.end && !go_on()) break;
     }
     report(done_);
     seconds_ += seconds_since(start);
     return begin;
-  }
-
-  template <class Pass>
-  void run(IndexRange part, const Pass& pass) {
-    run(part, pass, [] { return true; });
   }
 
   void report(std::uint64_t done) const {
@@ -75,7 +75,9 @@ class PassRunner {
  private:
   const RenderOptions& options_;
   const char* name_;
-  std::uint64_t total_, done_, size_ = 1024;
+  const std::uint64_t total_;
+  Time& deadline_;
+  std::uint64_t done_, size_ = 1024;
   double seconds_ = 0;
 };
 
@@ -139,8 +141,8 @@ Frame frame_of(const Scene& scene, const PreparedScene& prepared,
   frame.shot_power = prepared.shot_power;
   for (int c = 0; c < 3; ++c) frame.unshot_power[c] = prepared.unshot_power[c];
   if (prepared.has_grid) {
-    frame.light_words =
-        prepared.cells.count() * static_cast<std::uint64_t>(prepared.cells.moments());
+    frame.cells = prepared.cells.count();
+    frame.light_words = frame.cells * static_cast<std::uint64_t>(prepared.cells.moments());
   }
   frame.detectors = prepared.detectors;
   frame.longest_path = scene.detectors.path_length_max;
@@ -158,7 +160,8 @@ class Renderer::Work {
         options_(std::move(options)),
         start_(Clock::now()),
         prepared_(make_ready(scene)) {
-    backend_.load(prepared_, options_.stop);
+    backend_.load(prepared_, options_.stop,
+                  [this] { return Clock::now() > deadline_ || (!is_hurried_ && pauses()); });
     part_.frame = frame_of(scene, prepared_, warnings_);
     part_.replicates.resize(static_cast<std::size_t>(part_.frame.replicates));
     seconds_.bounds = seconds_since(start_);
@@ -199,18 +202,22 @@ class Renderer::Work {
     return result;
   }
 
+  bool has_preview() const {
+    return part_.matter_cells == part_.frame.cells
+           && (part_.frame.photons == 0 || current().photons.count() + fresh_photons_.count() > 0);
+  }
+
   RenderResult preview(double seconds) {
-    const auto start = Clock::now();
+    const auto end = Clock::now()
+                     + std::chrono::duration_cast<Clock::duration>(
+                         std::chrono::duration<double>(std::max(seconds, 0.0)));
     flush();
-    is_hurried_ = true;  // whoever stopped the render wants to see it
-    measure_matter();
-    measure_depth();
-    is_hurried_ = false;
     const auto r = static_cast<std::size_t>(replicate_);
     illuminate(r);
     Partial glance;
     glance.frame = part_.frame;
     glance.depth = part_.depth;
+    glance.depth_pixels = part_.depth_pixels;
     glance.matter_hash = part_.matter_hash;
     glance.replicates.resize(part_.replicates.size());
     const Replicate& lit = part_.replicates[r];
@@ -221,21 +228,32 @@ class Renderer::Work {
     seen.light_hash = light_hash(lit);
     const IndexRange all = part_.frame.samples_of(replicate_);
     const std::size_t pixels = prepared_.pixels_to_gather();
-    PassRunner gather(options_, "preview", pixels);
+    bool is_torn = false;
+    is_hurried_ = true;  // whoever asks for a pause has got it
     for (std::uint64_t s = all.begin; s < all.end; ++s) {
-      gather.run(
+      const auto start = Clock::now();
+      PassRunner gather(options_, "preview", pixels, deadline_);
+      const std::uint64_t done = gather.run(
           {0, pixels},
           [&](IndexRange range) {
-            backend_.gather(range, {s, 1});
+            deadline_ = std::min(deadline_, end);
+            return backend_.gather(range, {s, 1});
           },
-          [&] { return seconds_since(start) < seconds; });
+          [&] { return Clock::now() < end; });
+      is_torn = done < pixels;
       seen.samples.add({s, s + 1});
-      if (seconds_since(start) > 0.5 * seconds) break;
+      if (Clock::now() + (Clock::now() - start) > end) break;  // no other one fits
     }
+    is_hurried_ = false;
     glance.film = backend_.take_film();
     seen.gathered = backend_.take_account();
     RenderResult result = develop(glance);
     result.is_preview = true;
+    result.is_complete = false;
+    if (is_torn) {
+      result.samples = {};
+      result.warnings.push_back("there was no time for a sample of every pixel: some are black");
+    }
     result.seconds = this->seconds();
     return result;
   }
@@ -243,7 +261,7 @@ class Renderer::Work {
  private:
   PreparedScene make_ready(const Scene& scene) {
     require_valid(scene, warnings_);
-    const PassRunner bounds(options_, "bounds", 1000);
+    const PassRunner bounds(options_, "bounds", 1000, deadline_);
     return prepare(
         scene, backend_.threads(),
         [&](double done) { bounds.report(static_cast<std::uint64_t>(done * 1000)); },
@@ -286,6 +304,11 @@ class Renderer::Work {
     return true;
   }
 
+  bool is_wanted(int r) const {
+    const IndexRange photons = wanted_photons(r), samples = wanted_samples(r);
+    return photons.begin < photons.end || samples.begin < samples.end;
+  }
+
   /// To its end, or until go_on or the time ends it.
   void run_all() {
     std::uint64_t photons = 0, shot = 0, samples = 0, gathered = 0;
@@ -297,19 +320,41 @@ class Renderer::Work {
       samples += s.end - s.begin;
       gathered += s.end - s.begin - replicate.samples.missing(s).count();
     }
-    shoot_.emplace(options_, "photons", photons, shot);
-    gather_.emplace(options_, "pixels", samples * prepared_.pixels_to_gather(),
-                    gathered * prepared_.pixels_to_gather());
-    for (replicate_ = 0; replicate_ < part_.frame.replicates; ++replicate_) {
-      if (replicate_ > 0 && !fits(shoot_seconds_)) break;
-      if (!shoot() || !gather()) break;
-      let_light_go();
-      if (!go_on(Moment::replicate)) break;
+    if (options_.samples && samples == 0) {
+      throw Error(ExitCode::input_missing,
+                  fmt::format("samples {}: none of them has light to read: its photons are missing",
+                              Ranges({*options_.samples}).text()));
     }
+    shoot_.emplace(options_, "photons", photons, deadline_, shot);
+    gather_.emplace(options_, "pixels", samples * prepared_.pixels_to_gather(), deadline_,
+                    gathered * prepared_.pixels_to_gather());
+    // The first one that is wanted has half of the time for its photons.
+    for (first_ = 0; first_ + 1 < part_.frame.replicates && !is_wanted(first_);) ++first_;
+    replicate_ = first_;
+    // Before there is light: then it can be looked at whenever the render is stopped.
+    if (shoots_only() || measure_matter()) run_replicates();
     replicate_ = std::min(replicate_, part_.frame.replicates - 1);
     flush();
   }
 
+  void run_replicates() {
+    for (; replicate_ < part_.frame.replicates; ++replicate_) {
+      if (replicate_ > first_ && !fits(shoot_seconds_)) break;
+      if (!shoot() || !gather()) break;
+      let_light_go();
+      // One that was done before, and others after it, has been judged.
+      if (!is_last_begun()) continue;
+      if (!go_on(Moment::replicate)) break;
+    }
+  }
+
+  /// Whether nothing is done of those after it.
+  bool is_last_begun() const {
+    return std::all_of(part_.replicates.begin() + replicate_ + 1, part_.replicates.end(),
+                       [](const Replicate& r) { return r.photons.empty() && r.samples.empty(); });
+  }
+
+  bool pauses() const { return options_.pause && options_.pause(); }
   bool go_on(Moment moment) { return !options_.go_on || options_.go_on(renderer_, moment); }
 
   double seconds_left() const {
@@ -322,46 +367,48 @@ class Renderer::Work {
   /// \return false where go_on ended it.
   bool measure_matter() {
     if (!prepared_.has_grid || !denominator_.empty()) return true;
-    PassRunner matter(options_, "matter", prepared_.cells.count());
-    if (!measure(matter, matter_done_, prepared_.cells.count(),
-                 [&](IndexRange range) { backend_.measure_matter(range); }))
-      return false;
-    const std::vector<std::int64_t> sums = backend_.take_matter();
+    const std::uint64_t cells = part_.frame.cells;
+    PassRunner runner(options_, "matter", cells, deadline_, part_.matter_cells);
+    part_.matter.resize(cells);
+    fresh_cells_ = part_.matter_cells;
+    runner.run(
+        {part_.matter_cells, cells},
+        [&](IndexRange range) { return fresh_cells_ = backend_.measure_matter(range); },
+        [&] { return go_on(Moment::batch); });
+    flush();
+    seconds_.matter = runner.seconds();
+    if (part_.matter_cells < cells) return false;
     Hasher hasher;
-    hasher.add_all(sums.data(), sums.size());
+    hasher.add_all(part_.matter.data(), part_.matter.size());
     if (part_.matter_hash != 0 && part_.matter_hash != hasher.value()) {
       throw Error(ExitCode::input_missing,
                   "what was done before is of other matter than the scene has now; shoot anew");
     }
     part_.matter_hash = hasher.value();
-    denominator_ = read_out_matter(prepared_, sums);
-    seconds_.matter = matter.seconds();
+    denominator_ = read_out_matter(prepared_, part_.matter);
     return true;
   }
 
   bool measure_depth() {
-    if (!part_.depth.empty()) return true;
-    PassRunner depth(options_, "depth", prepared_.pixels());
-    if (!measure(depth, depth_done_, prepared_.pixels(),
-                 [&](IndexRange range) { backend_.measure_depth(range); }))
-      return false;
-    part_.depth = backend_.take_depth();
-    seconds_.depth = depth.seconds();
-    return true;
-  }
-
-  /// Goes on from `done`.
-  template <class Pass>
-  bool measure(PassRunner& runner, std::uint64_t& done, std::uint64_t count, const Pass& pass) {
-    done = runner.run({done, count}, pass, [&] { return is_hurried_ || go_on(Moment::measure); });
-    return done == count;
+    const std::uint64_t pixels = prepared_.pixels();
+    if (part_.depth_pixels == pixels) return true;
+    PassRunner runner(options_, "depth", pixels, deadline_, part_.depth_pixels);
+    part_.depth.resize(pixels);
+    fresh_depths_ = part_.depth_pixels;
+    runner.run(
+        {part_.depth_pixels, pixels},
+        [&](IndexRange range) { return fresh_depths_ = backend_.measure_depth(range); },
+        [&] { return go_on(Moment::batch); });
+    flush();
+    seconds_.depth = runner.seconds();
+    return part_.depth_pixels == pixels;
   }
 
   bool shoot() {
     const auto start = Clock::now();
     Replicate& replicate = current();
-    // Of a first replicate that time ends, half of that is left for its samples.
-    const double until = replicate_ == 0 ? seconds_left() / 2 : seconds_left();
+    const bool leaves_half = replicate_ == first_ && !shoots_only();
+    const double until = leaves_half ? seconds_left() / 2 : seconds_left();
     const IndexRange wanted = wanted_photons(replicate_);
     if (!replicate.photons.missing(wanted).empty()) forget_samples();
     const Ranges todo = replicate.photons.missing(wanted);
@@ -370,8 +417,9 @@ class Renderer::Work {
       const std::uint64_t end = shoot_->run(
           range,
           [&](IndexRange batch) {
-            backend_.shoot(batch);
-            fresh_photons_.add(batch);
+            const std::uint64_t shot = backend_.shoot(batch);
+            fresh_photons_.add({batch.begin, shot});
+            return shot;
           },
           [&] {
             has_time = seconds_since(start) < until;
@@ -380,7 +428,7 @@ class Renderer::Work {
       flush();
       close(replicate.shot.ledger);
       if (end == range.end) continue;
-      if (has_time || replicate_ > 0) return false;
+      if (has_time || replicate_ > first_) return false;
       break;
     }
     refuse_stalled(replicate.shot.ledger);
@@ -427,7 +475,7 @@ class Renderer::Work {
                   "what was done before keeps no light for the samples that are missing; render "
                   "them apart (--sample-range) and merge");
     }
-    if (!measure_matter() || !measure_depth()) return false;
+    if (!measure_depth()) return false;
     illuminate(static_cast<std::size_t>(replicate_));
     for (const IndexRange& range : todo.list()) {
       for (std::uint64_t sample = range.begin; sample < range.end; sample = part_.slice.end)
@@ -460,8 +508,7 @@ class Renderer::Work {
     const std::uint64_t end = gather_->run(
         {part_.slice_pixels, prepared_.pixels_to_gather()},
         [&](IndexRange batch) {
-          backend_.gather(batch, {part_.slice.begin, count});
-          fresh_pixels_ = batch.end;
+          return fresh_pixels_ = backend_.gather(batch, {part_.slice.begin, count});
         },
         [&] { return fits(0) && go_on(Moment::batch); }, count);
     if (end < prepared_.pixels_to_gather()) return false;
@@ -476,6 +523,9 @@ class Renderer::Work {
   // ---- Tallies.
 
   Replicate& current() { return part_.replicates[static_cast<std::size_t>(replicate_)]; }
+  const Replicate& current() const {
+    return part_.replicates[static_cast<std::size_t>(replicate_)];
+  }
 
   void illuminate(std::size_t r) {
     if (!prepared_.has_grid) return backend_.illuminate({}, {});
@@ -491,6 +541,17 @@ class Renderer::Work {
   /// Writes down what the backend has tallied since the last time.
   void flush() {
     if (is_broken_) return;
+    if (fresh_cells_ > part_.matter_cells) {
+      part_.matter_cells = fresh_cells_;
+      add_to(part_.matter, backend_.take_matter());
+    }
+    if (fresh_depths_ > part_.depth_pixels) {
+      const std::vector<float> depth = backend_.take_depth();
+      std::copy(depth.begin() + static_cast<std::ptrdiff_t>(part_.depth_pixels),
+                depth.begin() + static_cast<std::ptrdiff_t>(fresh_depths_),
+                part_.depth.begin() + static_cast<std::ptrdiff_t>(part_.depth_pixels));
+      part_.depth_pixels = fresh_depths_;
+    }
     if (!fresh_photons_.empty()) {
       Replicate& replicate = current();
       replicate.photons.add(fresh_photons_);
@@ -548,13 +609,14 @@ class Renderer::Work {
   std::optional<PassRunner> shoot_, gather_;
   PassSeconds seconds_;
   std::vector<float> numerator_, denominator_;
-  int replicate_ = 0;     // under way
-  Ranges fresh_photons_;  // since the last flush
-  std::uint64_t fresh_pixels_ = 0;
-  bool is_broken_ = false;                          // the backend's tallies since the last flush
-  std::uint64_t matter_done_ = 0, depth_done_ = 0;  // cells, pixels
-  bool is_hurried_ = false;                         // does not ask go_on
-  double shoot_seconds_ = 0, sample_seconds_ = 0;   // that they took last
+  int replicate_ = 0;                                                    // under way
+  Ranges fresh_photons_;                                                 // since the last flush
+  std::uint64_t fresh_pixels_ = 0, fresh_cells_ = 0, fresh_depths_ = 0;  // done, flushed or not
+  bool is_broken_ = false;                         // the backend's tallies since the last flush
+  Clock::time_point deadline_{};                   // of the batch under way
+  bool is_hurried_ = false;                        // no pause for the pause that was asked for
+  int first_ = 0;                                  // of the replicates that are wanted
+  double shoot_seconds_ = 0, sample_seconds_ = 0;  // that they took last
   std::uint64_t slice_samples_ = 1;
 };
 
@@ -569,6 +631,7 @@ const Partial& Renderer::part() { return work_->part(); }
 bool Renderer::has_picture() const { return work_->has_picture(); }
 bool Renderer::shoots_only() const { return work_->shoots_only(); }
 RenderResult Renderer::result() { return work_->result(); }
+bool Renderer::has_preview() const { return work_->has_preview(); }
 RenderResult Renderer::preview(double seconds) { return work_->preview(seconds); }
 
 RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& options) {

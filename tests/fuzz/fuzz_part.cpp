@@ -28,7 +28,7 @@ std::uint64_t number_at(const std::string& bytes, std::size_t at) {
 std::string number(std::uint64_t n) { return {reinterpret_cast<const char*>(&n), 8}; }
 
 std::string packed(const std::string& chunks) {
-  std::string file("TYNPART\n\1\0\0\0", 12);
+  std::string file("TYNPART\n\2\0\0\0", 12);
   for (std::size_t at = 0; at + header <= chunks.size();) {
     const std::size_t raw =
         std::min<std::uint64_t>(number_at(chunks, at + name_size), chunks.size() - at - header);

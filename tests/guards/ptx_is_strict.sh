@@ -10,15 +10,21 @@ cd "${TYNDALL_SOURCE_DIR:-$(dirname "${BASH_SOURCE[0]}")/../..}"
 
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
-ptx=${1:-$scratch/cuda_backend.ptx}
+ptx=${1:-$scratch/kernels.ptx}
 if (($# == 0)); then
   nvcc=$(PATH=$PATH:/usr/local/cuda/bin command -v nvcc || true)
   if [[ -z $nvcc ]]; then
     echo "SKIPPED: no nvcc here"
     exit 77
   fi
-  "$nvcc" -std=c++20 -arch=sm_90 -O3 --fmad=false -Xcompiler=-ffp-contract=off --expt-relaxed-constexpr \
-    -diag-suppress 20012 -Iinclude -ptx cuda/cuda_backend.cu -o "$ptx"
+  jobs=()
+  for kernels in shoot gather measure; do
+    "$nvcc" -std=c++20 -arch=sm_90 -O3 --fmad=false -Xcompiler=-ffp-contract=off --expt-relaxed-constexpr \
+      -diag-suppress 20012 -Iinclude -ptx "cuda/$kernels.cu" -o "$scratch/$kernels.ptx.part" &
+    jobs+=($!)
+  done
+  for job in "${jobs[@]}"; do wait "$job"; done
+  cat "$scratch"/*.ptx.part >"$ptx"
 fi
 
 # One instruction a line, without its predicate and operands: "mul.rn.f32".

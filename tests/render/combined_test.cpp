@@ -4,6 +4,7 @@
 
 #include <cstring>
 
+#include "support/forwarding.h"
 #include "support/scenes.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
@@ -49,28 +50,10 @@ TEST(Combined, one_renders_many_scenes) {
               render(scene, *make_cpu_backend()).hashes.tallies);
 }
 
-/// Breaks down once it has shot.
-class Breaking final : public Backend {
+/// Breaks down where it is to shoot.
+class Breaking final : public ForwardingBackend {
  public:
-  std::string name() const override { return "breaking"; }
-  int threads() const override { return 1; }
-  void load(const PreparedScene& scene, const Stop& stop) override { all_->load(scene, stop); }
-  void shoot(IndexRange) override { throw Error(ExitCode::device, "lost"); }
-  void measure_matter(IndexRange cells) override { all_->measure_matter(cells); }
-  std::vector<std::int64_t> take_matter() override { return all_->take_matter(); }
-  void measure_depth(IndexRange pixels) override { all_->measure_depth(pixels); }
-  std::vector<float> take_depth() override { return all_->take_depth(); }
-  std::vector<std::int64_t> take_illumination() override { return all_->take_illumination(); }
-  std::vector<std::int64_t> take_detectors() override { return all_->take_detectors(); }
-  Account take_account() override { return all_->take_account(); }
-  void illuminate(const std::vector<float>& n, const std::vector<float>& d) override {
-    all_->illuminate(n, d);
-  }
-  void gather(IndexRange pixels, SampleRange samples) override { all_->gather(pixels, samples); }
-  FilmTallies take_film() override { return all_->take_film(); }
-
- private:
-  std::unique_ptr<Backend> all_ = make_cpu_backend(1);
+  std::uint64_t shoot(IndexRange) override { throw Error(ExitCode::device, "lost"); }
 };
 
 TEST(Combined, what_one_throws_ends_the_render) {

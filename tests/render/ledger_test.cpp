@@ -7,6 +7,7 @@
 #include <memory>
 #include <numeric>
 
+#include "support/forwarding.h"
 #include "support/scenes.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/image.h"
@@ -14,35 +15,18 @@
 namespace tyndall::test {
 namespace {
 
-/// A CPU backend whose account of the photons is tampered with once.
-class Tampering final : public Backend {
+/// A backend whose account of the photons is tampered with once.
+class Tampering final : public ForwardingBackend {
  public:
   explicit Tampering(std::function<void(Ledger&)> tamper) : tamper_(std::move(tamper)) {}
 
-  std::string name() const override { return cpu_->name(); }
-  int threads() const override { return cpu_->threads(); }
-  void load(const PreparedScene& scene, const Stop& stop) override { cpu_->load(scene, stop); }
-  void shoot(IndexRange photons) override { cpu_->shoot(photons); }
-  void measure_matter(IndexRange cells) override { cpu_->measure_matter(cells); }
-  std::vector<std::int64_t> take_illumination() override { return cpu_->take_illumination(); }
-  std::vector<std::int64_t> take_matter() override { return cpu_->take_matter(); }
-  void measure_depth(IndexRange pixels) override { cpu_->measure_depth(pixels); }
-  std::vector<float> take_depth() override { return cpu_->take_depth(); }
-  std::vector<std::int64_t> take_detectors() override { return cpu_->take_detectors(); }
   Account take_account() override {
-    Account account = cpu_->take_account();
+    Account account = ForwardingBackend::take_account();
     if (account.ledger.shot > 0) tamper_(account.ledger);
     return account;
   }
-  void illuminate(const std::vector<float>& numerator,
-                  const std::vector<float>& denominator) override {
-    cpu_->illuminate(numerator, denominator);
-  }
-  void gather(IndexRange pixels, SampleRange samples) override { cpu_->gather(pixels, samples); }
-  FilmTallies take_film() override { return cpu_->take_film(); }
 
  private:
-  std::unique_ptr<Backend> cpu_ = make_cpu_backend();
   std::function<void(Ledger&)> tamper_;
 };
 

@@ -40,24 +40,26 @@ class Backend {
   virtual int threads() const = 0;
 
   /// Takes a scene, which must outlive the work, and clears all tallies. What follows throws
-  /// Stopped where `stop` says so.
-  virtual void load(const PreparedScene& scene, const Stop& stop) = 0;
-  virtual void shoot(IndexRange photons) = 0;
-  virtual void measure_matter(IndexRange cells) = 0;
-  virtual std::vector<std::int64_t> take_matter() = 0;  ///< see MatterPass::matter
-  virtual void measure_depth(IndexRange pixels) = 0;
-  virtual std::vector<float> take_depth() = 0;  ///< see DepthPass::depth
+  /// Stopped where `stop` says so, and begins nothing more of a range once `pause` does.
+  virtual void load(const PreparedScene& scene, const Stop& stop, const Stop& pause = {}) = 0;
+  // \return the end of what is done.
+  virtual std::uint64_t shoot(IndexRange photons) = 0;
+  virtual std::uint64_t measure_matter(IndexRange cells) = 0;
+  virtual std::uint64_t measure_depth(IndexRange pixels) = 0;
+  /// \param pixels of PreparedScene::pixels_to_gather()
+  virtual std::uint64_t gather(IndexRange pixels, SampleRange samples) = 0;
+
   // Since the last call:
+  virtual std::vector<std::int64_t> take_matter() = 0;        ///< see MatterPass::matter
+  virtual std::vector<float> take_depth() = 0;                ///< see DepthPass::depth
   virtual std::vector<std::int64_t> take_illumination() = 0;  ///< see IlluminationTally::sums
   virtual std::vector<std::int64_t> take_detectors() = 0;     ///< see Detectors::sums
   virtual Account take_account() = 0;
+  virtual FilmTallies take_film() = 0;
 
   /// Takes the grid that gather() reads; empty for none.
   virtual void illuminate(const std::vector<float>& numerator,
                           const std::vector<float>& denominator) = 0;
-  /// \param pixels of PreparedScene::pixels_to_gather()
-  virtual void gather(IndexRange pixels, SampleRange samples) = 0;
-  virtual FilmTallies take_film() = 0;  ///< since the last call
 };
 
 }  // namespace tyndall

@@ -44,4 +44,10 @@ int thread_count(int threads);
 void parallel_for(std::uint64_t begin, std::uint64_t end, std::uint64_t grain, int threads,
                   const std::function<void(std::uint64_t, std::uint64_t)>& body);
 
+/// The same, but chunks are begun in order, and none once `pause` is true. \return the end of those
+/// that are done.
+std::uint64_t parallel_for_until(const Stop& pause, std::uint64_t begin, std::uint64_t end,
+                                 std::uint64_t grain, int threads,
+                                 const std::function<void(std::uint64_t, std::uint64_t)>& body);
+
 }  // namespace tyndall

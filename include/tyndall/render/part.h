@@ -54,7 +54,8 @@ struct Frame {
   std::vector<std::string> groups;                           ///< whose light is kept apart
   double shot_power = 0;                                     ///< [W] of all photons together
   double unshot_power[3] = {};                               ///< see RenderResult
-  std::uint64_t light_words = 0;      ///< of a replicate's light; 0: there is no grid
+  std::uint64_t cells = 0;                                   ///< of the grid; 0: there is none
+  std::uint64_t light_words = 0;      ///< of a replicate's light; 0: the same
   Detectors detectors;                ///< without memory
   double longest_path = 0;            ///< [length] of its histogram
   std::vector<std::string> warnings;  ///< about the scene
@@ -83,8 +84,13 @@ struct Partial {
   Frame frame;
   std::vector<Replicate> replicates;  ///< [frame.replicates]
   FilmTallies film;                   ///< of all replicates; no pixels: no samples yet
-  std::vector<float> depth;           ///< see DepthPass::depth; empty: not measured
-  std::uint64_t matter_hash = 0;      ///< of MatterPass::matter; 0: not measured
+  std::uint64_t matter_hash = 0;      ///< of MatterPass::matter; 0: not all is measured
+
+  // What is measured, in order:
+  std::vector<std::int64_t> matter;  ///< [frame.cells] MatterPass::matter; empty: none, or let go
+  std::uint64_t matter_cells = 0;    ///< the first of the cells of `matter`, which are measured
+  std::vector<float> depth;          ///< see DepthPass::depth; empty: none
+  std::uint64_t depth_pixels = 0;    ///< the first of the pixels of `depth`
 
   // Samples under way, of which not every pixel has all: no part of the picture yet.
   int slice_replicate = -1;        ///< whose; -1: none
@@ -99,10 +105,11 @@ struct Partial {
   Ranges photons() const;    ///< of those
   Ranges samples() const;    ///< the same
   bool is_complete() const;  ///< whether it is the whole result
+  bool has_depth() const { return !depth.empty() && depth_pixels == frame.pixels(); }
 };
 
-/// \return what counts, without the light of photons where it has been read: a part that others
-/// can be merged with, but not gone on from.
+/// \return what counts, without the light of photons where it has been read, and without the
+/// matter: a part that others can be merged with, but not gone on from.
 Partial without_light(Partial part);
 
 /// Adds `count` values up, modulo 2^64: those of a damaged part may be any.
@@ -110,6 +117,10 @@ void add_words(std::int64_t* sums, const std::int64_t* more, std::size_t count);
 /// Adds up, or takes `more` where there are no sums yet.
 void add_to(std::vector<std::int64_t>& sums, std::vector<std::int64_t>&& more);
 void add_to(FilmTallies& sums, FilmTallies&& more);
+
+/// \return photons that both have, in replicates of which neither has samples: two parts that were
+/// shot twice. (Parts with samples may share the photons that these read.)
+Ranges shot_twice(const Partial& a, const Partial& b);
 
 /// Takes up what `other` has. \throws Error(input_missing) where both have the same photons or
 /// samples, or are not of one result; `name` and `other_name` are theirs, for its message.

@@ -28,8 +28,7 @@ class Renderer;
 
 /// When a render may be looked at, or left: its integers are whole then.
 enum class Moment {
-  measure,    ///< matter or depth, often: the render may be left, but not be looked at
-  batch,      ///< some photons or samples more, often
+  batch,      ///< some cells, photons or samples more, often
   slice,      ///< all pixels have some samples more
   replicate,  ///< one more is done
 };
@@ -39,6 +38,8 @@ struct RenderOptions {
   Stop stop;                                      ///< true ends the render, which throws Stopped
   /// False ends the render in order.
   std::function<bool(Renderer&, Moment)> go_on;
+  /// True ends the batch under way early, and go_on is asked.
+  Stop pause;
   std::uint64_t batch =
       0;  ///< photons or samples per batch, 0: the backend's choice; never changes the result
   /// Those alone. Photons without samples are only shot; samples without photons have those of
@@ -104,7 +105,11 @@ class Renderer {
   bool shoots_only() const;
   /// \return part() as a picture.
   RenderResult result();
-  /// \return a sample or a few of every pixel that `seconds` are enough for, of the light so far.
+  /// \return whether there is light to look at, and matter to divide it by.
+  bool has_preview() const;
+  /// \return a sample or a few of every pixel that `seconds` are enough for, of the light so far;
+  /// where they are not enough for one, those that have none are black, and it has no samples.
+  /// \pre has_preview()
   RenderResult preview(double seconds);
 
  private:

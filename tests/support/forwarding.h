@@ -1,0 +1,41 @@
+/// \file
+/// A CPU backend, some function of which a test replaces.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "tyndall/render/render.h"
+
+namespace tyndall::test {
+
+class ForwardingBackend : public Backend {
+ public:
+  std::string name() const override { return cpu_->name(); }
+  int threads() const override { return cpu_->threads(); }
+  void load(const PreparedScene& scene, const Stop& stop, const Stop& pause) override {
+    cpu_->load(scene, stop, pause);
+  }
+  std::uint64_t shoot(IndexRange photons) override { return cpu_->shoot(photons); }
+  std::uint64_t measure_matter(IndexRange cells) override { return cpu_->measure_matter(cells); }
+  std::uint64_t measure_depth(IndexRange pixels) override { return cpu_->measure_depth(pixels); }
+  std::uint64_t gather(IndexRange pixels, SampleRange samples) override {
+    return cpu_->gather(pixels, samples);
+  }
+  std::vector<std::int64_t> take_matter() override { return cpu_->take_matter(); }
+  std::vector<float> take_depth() override { return cpu_->take_depth(); }
+  std::vector<std::int64_t> take_illumination() override { return cpu_->take_illumination(); }
+  std::vector<std::int64_t> take_detectors() override { return cpu_->take_detectors(); }
+  Account take_account() override { return cpu_->take_account(); }
+  FilmTallies take_film() override { return cpu_->take_film(); }
+  void illuminate(const std::vector<float>& numerator,
+                  const std::vector<float>& denominator) override {
+    cpu_->illuminate(numerator, denominator);
+  }
+
+ private:
+  std::unique_ptr<Backend> cpu_ = make_cpu_backend();
+};
+
+}  // namespace tyndall::test
