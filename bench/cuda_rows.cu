@@ -29,7 +29,7 @@ class CudaRow final : public Row {
     const Lights lights{arrays.keep(emitters.data(), emitters.size()),
                         static_cast<int>(emitters.size())};
     Buffer<std::int64_t> sums(cells_.count() * static_cast<std::size_t>(cells_.moments()));
-    Buffer<Account> accounts(64);
+    Buffer<Account> accounts(account_count);
     AnyMedium copy = scene_.medium;
     std::visit([&](auto& medium) { medium.relocate(to_device); }, copy);
     const auto shoot = [&]<class Medium>(const Medium& medium) {
@@ -38,7 +38,7 @@ class CudaRow final : public Row {
                                                 lights,
                                                 scene_.seed,
                                                 {cells_, sums.data()},
-                                                {accounts.data(), 64},
+                                                {accounts.data(), account_count},
                                                 {}},
                      {begin, begin + count}, {}, 1);
     };

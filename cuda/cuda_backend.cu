@@ -65,7 +65,7 @@ class CudaBackend final : public Backend {
     matter_ = Buffer<std::int64_t>(scene.cells.count());
     detectors_ = Buffer<std::int64_t>(3 * scene.detectors.count());
     depth_ = Buffer<float>(scene.pixels());
-    accounts_ = Buffer<Account>(64);
+    accounts_ = Buffer<Account>(account_count);
     pixels_ = Buffer<PixelTally>(scene.pixels());
     groups_ = Buffer<std::int64_t>(scene.pixels() * scene.groups.size() * 3);
     clamped_ = Buffer<std::int64_t>(1);
@@ -149,7 +149,7 @@ class CudaBackend final : public Backend {
     require(cudaSetDevice(device_), "selecting device " + std::to_string(device_));
   }
 
-  Accounts accounts() const { return {accounts_.data(), static_cast<unsigned>(accounts_.size())}; }
+  Accounts accounts() const { return {accounts_.data(), account_count}; }
 
   template <class T>
   std::vector<T> take(Buffer<T>& buffer) const {

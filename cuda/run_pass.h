@@ -7,6 +7,9 @@
 
 namespace tyndall {
 
+/// Among how many accounts the workers of a device are spread.
+inline constexpr unsigned account_count = 64;
+
 /// See Backend::load().
 struct Interrupts {
   Stop stop, pause;

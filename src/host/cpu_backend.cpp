@@ -157,14 +157,9 @@ class CpuBackend final : public Backend {
   template <class Pass>
   std::uint64_t run_walks(IndexRange range, const Pass& pass, std::uint64_t together = 1) {
     const bool by_lanes = has_lanes(pass);
-    // Long chunks: the lanes of a chunk's last paths run half empty. But a pause waits for them.
-    const std::uint64_t share =
-        (range.end - range.begin) / (4 * static_cast<std::uint64_t>(threads_));
-    const std::uint64_t grain = by_lanes ? std::clamp<std::uint64_t>(
-                                    share, std::min<std::uint64_t>(4 * share + 1, 2048), 16384)
-                                         : 64;
-    return parallel_for_until(pause_, range.begin, range.end,
-                              (grain + together - 1) / together * together, threads_,
+    const std::uint64_t chunk =
+        (chunk_length(range, by_lanes) + together - 1) / together * together;
+    return parallel_for_until(pause_, range.begin, range.end, chunk, threads_,
                               [&](std::uint64_t begin, std::uint64_t end) {
                                 Account account;  // a chunk's own, lest the threads fight over one
                                 Pass own = pass;
@@ -176,6 +171,15 @@ class CpuBackend final : public Backend {
                                 }
                                 add(account_, account);
                               });
+  }
+
+  /// Long ones for lanes: those of a chunk's last paths run half empty. But a pause waits for a
+  /// chunk, and no thread shall be left without one.
+  std::uint64_t chunk_length(IndexRange range, bool by_lanes) const {
+    constexpr std::uint64_t least = 2048, most = 16384;
+    if (!by_lanes) return 64;
+    const std::uint64_t each = (range.end - range.begin) / static_cast<std::uint64_t>(threads_) + 1;
+    return std::clamp(each / 4, std::min(each, least), most);
   }
 
   template <class Medium, template <class, class> class Pass>

@@ -1,5 +1,5 @@
 /// \file
-/// A warp emulated: 32 lanes in lockstep, as a GPU drives them, and how many of them are busy.
+/// A warp emulated: 32 lanes in lockstep, as a GPU drives them.
 #pragma once
 
 #include <algorithm>
@@ -19,23 +19,15 @@ class Warp {
     for (int l = 0; l < lanes; ++l) lanes_.emplace_back(pass, typename Lane<Pass>::Saved{});
   }
 
-  /// How often a stage was gone through, and by how many lanes altogether.
-  struct Use {
-    std::int64_t times = 0, lanes = 0;
-  };
-  const Use& use(Stage stage) const { return use_[static_cast<int>(stage)]; }
-  std::int64_t turns() const { return turns_; }
-
   /// \return whether there was anything to do.
-  bool turn(int steps = steps_per_turn) {
-    take_turn(*this, steps);
-    ++turns_;
+  bool turn() {
+    take_turn(*this);
     return std::any_of(lanes_.begin(), lanes_.end(),
                        [](const auto& lane) { return lane.stage() != Stage::idle; });
   }
 
-  void run(int steps = steps_per_turn) {
-    while (turn(steps) || next_ < end_) {
+  void run() {
+    while (turn() || next_ < end_) {
     }
     write_down();
   }
@@ -60,21 +52,13 @@ class Warp {
   }
   template <class Work>
   void where(Stage stage, Work&& work) {
-    Use& use = use_[static_cast<int>(stage)];
-    const std::int64_t before = use.lanes;
-    for (Lane<Pass>& lane : lanes_) {
-      if (lane.stage() != stage) continue;
-      work(lane);
-      ++use.lanes;
-    }
-    use.times += use.lanes > before ? 1 : 0;
+    for (Lane<Pass>& lane : lanes_)
+      if (lane.stage() == stage) work(lane);
   }
 
  private:
   std::vector<Lane<Pass>> lanes_;
   std::uint64_t next_, end_;
-  Use use_[6];
-  std::int64_t turns_ = 0;
 };
 
 }  // namespace tyndall

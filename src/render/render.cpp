@@ -240,13 +240,16 @@ class Renderer::Work {
             return backend_.gather(range, {s, 1});
           },
           [&] { return Clock::now() < end; });
-      is_torn = done < pixels;
+      FilmTallies film = backend_.take_film();
+      const Account account = backend_.take_account();
+      is_torn = done < pixels && s == all.begin;
+      if (done < pixels && !is_torn) break;  // a later one is left out
+      add_to(glance.film, std::move(film));
+      add(seen.gathered, account);
       seen.samples.add({s, s + 1});
       if (Clock::now() + (Clock::now() - start) > end) break;  // no other one fits
     }
     is_hurried_ = false;
-    glance.film = backend_.take_film();
-    seen.gathered = backend_.take_account();
     RenderResult result = develop(glance);
     result.is_preview = true;
     result.is_complete = false;
@@ -364,20 +367,26 @@ class Renderer::Work {
 
   // ---- The passes.
 
+  /// Goes on with what is measured, `done` of `count`. \param pass (IndexRange) -> end of what was
+  /// done \param[out] fresh that end, flushed or not \return [s] that it took
+  template <class Pass>
+  double measure(const char* name, std::uint64_t done, std::uint64_t count, std::uint64_t& fresh,
+                 const Pass& pass) {
+    PassRunner runner(options_, name, count, deadline_, done);
+    fresh = done;
+    runner.run(
+        {done, count}, [&](IndexRange range) { return fresh = pass(range); },
+        [&] { return go_on(Moment::batch); });
+    flush();
+    return runner.seconds();
+  }
+
   /// \return false where go_on ended it.
   bool measure_matter() {
     if (!prepared_.has_grid || !denominator_.empty()) return true;
-    const std::uint64_t cells = part_.frame.cells;
-    PassRunner runner(options_, "matter", cells, deadline_, part_.matter_cells);
-    part_.matter.resize(cells);
-    fresh_cells_ = part_.matter_cells;
-    runner.run(
-        {part_.matter_cells, cells},
-        [&](IndexRange range) { return fresh_cells_ = backend_.measure_matter(range); },
-        [&] { return go_on(Moment::batch); });
-    flush();
-    seconds_.matter = runner.seconds();
-    if (part_.matter_cells < cells) return false;
+    seconds_.matter = measure("matter", part_.matter_cells, part_.frame.cells, fresh_cells_,
+                              [&](IndexRange range) { return backend_.measure_matter(range); });
+    if (part_.matter_cells < part_.frame.cells) return false;
     Hasher hasher;
     hasher.add_all(part_.matter.data(), part_.matter.size());
     if (part_.matter_hash != 0 && part_.matter_hash != hasher.value()) {
@@ -390,18 +399,10 @@ class Renderer::Work {
   }
 
   bool measure_depth() {
-    const std::uint64_t pixels = prepared_.pixels();
-    if (part_.depth_pixels == pixels) return true;
-    PassRunner runner(options_, "depth", pixels, deadline_, part_.depth_pixels);
-    part_.depth.resize(pixels);
-    fresh_depths_ = part_.depth_pixels;
-    runner.run(
-        {part_.depth_pixels, pixels},
-        [&](IndexRange range) { return fresh_depths_ = backend_.measure_depth(range); },
-        [&] { return go_on(Moment::batch); });
-    flush();
-    seconds_.depth = runner.seconds();
-    return part_.depth_pixels == pixels;
+    if (part_.has_depth()) return true;
+    seconds_.depth = measure("depth", part_.depth_pixels, prepared_.pixels(), fresh_depths_,
+                             [&](IndexRange range) { return backend_.measure_depth(range); });
+    return part_.has_depth();
   }
 
   bool shoot() {
@@ -547,6 +548,7 @@ class Renderer::Work {
     }
     if (fresh_depths_ > part_.depth_pixels) {
       const std::vector<float> depth = backend_.take_depth();
+      part_.depth.resize(depth.size());
       std::copy(depth.begin() + static_cast<std::ptrdiff_t>(part_.depth_pixels),
                 depth.begin() + static_cast<std::ptrdiff_t>(fresh_depths_),
                 part_.depth.begin() + static_cast<std::ptrdiff_t>(part_.depth_pixels));

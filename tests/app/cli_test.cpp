@@ -506,6 +506,11 @@ TEST_F(ResumeTest, AddsPartsUp) {
   // Those two, not whatever was merged before.
   expect_error({"merge", "b.tyn", "a.tyn", "b.tyn", "-o", "x.pfm"}, 4,
                "b.tyn: cannot be merged with b.tyn: both have samples 4:9");
+  expect_error({"merge", "p.tyn", "p.tyn", "-o", "x.tyn"}, 4,
+               "p.tyn: cannot be merged with p.tyn: both have photons 0:333");
+  expect_error({"merge", "a.tyn", "b.tyn", "-o", "a.tyn"}, 2, "a.tyn: is one of the parts");
+  expect_error(with({"-D", "integrator=path", "--photon-range", "0:9", "-o", "x.tyn"}), 2,
+               "paths (integrator \"path\") shoot no photons");
   expect_error({"merge", "a.tyn", "-o", "x.pfm"}, 4, "lacks photons");
   expect_error(with({"--illumination", "p.tyn", "-o", "x.pfm"}), 4, "--allow-gaps");
   expect_error(with({"--photon-range", "0:9", "-o", "x.pfm"}), 2, "photons alone make no picture");

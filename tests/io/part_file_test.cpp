@@ -78,6 +78,19 @@ std::string refusal(const std::string& bytes, std::uint64_t most = much,
   }
 }
 
+TEST_F(PartFile, of_a_render_that_was_left_at_once_is_whole) {
+  const Scene scene = quick();
+  RenderOptions options;
+  options.pause = [] { return true; };  // a signal that was sooner than the first cell
+  options.go_on = [](Renderer&, Moment) { return false; };
+  const auto backend = make_cpu_backend(1);
+  Renderer renderer(scene, *backend, options);
+  EXPECT_FALSE(renderer.run());
+  const Partial part = io::parse_part(write(renderer.part()), "a.tyn", 1 << 20);
+  EXPECT_EQ(part.matter_cells, 0u);
+  EXPECT_TRUE(part.samples().empty());
+}
+
 TEST_F(PartFile, comes_back_as_it_was) {
   const Partial part = checkpoint();
   ASSERT_GE(part.slice_replicate, 0);

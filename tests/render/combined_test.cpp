@@ -2,8 +2,6 @@
 /// Several backends as one give the bits of one.
 #include <gtest/gtest.h>
 
-#include <cstring>
-
 #include "support/forwarding.h"
 #include "support/scenes.h"
 #include "tyndall/render/error.h"
@@ -12,16 +10,6 @@
 namespace tyndall::test {
 namespace {
 
-Scene small() {
-  Scene scene = coloured();
-  scene.photons = 3000;
-  scene.samples = 9;
-  scene.illumination_resolution = {5, 5, 5};
-  scene.camera.resolution = {12, 7};
-  scene.detectors.flux = {2, 2};
-  return scene;
-}
-
 std::vector<std::unique_ptr<Backend>> processors(int n) {
   std::vector<std::unique_ptr<Backend>> backends;
   for (int i = 0; i < n; ++i) backends.push_back(make_cpu_backend(1));
@@ -29,22 +17,17 @@ std::vector<std::unique_ptr<Backend>> processors(int n) {
 }
 
 TEST(Combined, any_number_of_devices_gives_one_result) {
-  const Scene scene = small();
+  const Scene scene = quick();
   const RenderResult alone = render(scene, *make_cpu_backend());
   for (const int n : {1, 2, 5}) {
     SCOPED_TRACE(n);
-    const RenderResult result = render(scene, *make_combined_backend(processors(n)));
-    EXPECT_EQ(result.hashes.tallies, alone.hashes.tallies);
-    EXPECT_EQ(result.hashes.pixels, alone.hashes.pixels);
-    EXPECT_EQ(result.detected, alone.detected);
-    EXPECT_EQ(layer(result, "depth").values, layer(alone, "depth").values);
-    EXPECT_EQ(std::memcmp(&result.ledger, &alone.ledger, sizeof alone.ledger), 0);
+    expect_same(render(scene, *make_combined_backend(processors(n))), alone);
   }
 }
 
 TEST(Combined, one_renders_many_scenes) {
   const auto backend = make_combined_backend(processors(2));
-  Scene scene = small();
+  Scene scene = quick();
   for (scene.seed = 1; scene.seed < 4; ++scene.seed)
     EXPECT_EQ(render(scene, *backend).hashes.tallies,
               render(scene, *make_cpu_backend()).hashes.tallies);
@@ -57,7 +40,7 @@ class Breaking final : public ForwardingBackend {
 };
 
 TEST(Combined, what_one_throws_ends_the_render) {
-  Scene scene = small();
+  Scene scene = quick();
   scene.photons = 100000000;  // more than the others would want to shoot alone
   std::vector<std::unique_ptr<Backend>> backends = processors(2);
   backends.push_back(std::make_unique<Breaking>());

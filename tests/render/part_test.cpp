@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <stdexcept>
 
+#include "support/forwarding.h"
 #include "support/scenes.h"
 #include "tyndall/render/error.h"
 #if TYNDALL_RAPIDCHECK
@@ -228,6 +230,109 @@ TEST(Parts, previews_are_the_picture_of_their_ranges) {
   EXPECT_TRUE(same(develop(part_of(scene, ranges)), preview));
 }
 
+TEST(Parts, previews_that_no_time_is_left_for_say_that_they_are_none) {
+  const Scene scene = small();
+  const auto backend = make_cpu_backend(2);
+  RenderOptions options;
+  options.go_on = [](Renderer& r, Moment) { return !r.has_preview(); };
+  Renderer renderer(scene, *backend, options);
+  EXPECT_FALSE(renderer.run());
+  const RenderResult preview = renderer.preview(0);
+  EXPECT_TRUE(preview.samples.empty());
+  EXPECT_FALSE(preview.is_complete);
+  EXPECT_NE(preview.warnings.back().find("some are black"), std::string::npos);
+}
+
+/// Stops once a batch has been cut short, and goes on elsewhere.
+TEST(Parts, a_pause_ends_a_batch_and_changes_nothing) {
+  Scene scene = small();
+  scene.photons = 200000;
+  const RenderResult whole = render(scene, *make_cpu_backend(2));
+  std::atomic<int> asked = 0;
+  RenderOptions options;
+  options.batch = 1 << 20;  // all at once
+  options.pause = [&] { return ++asked > 40; };
+  options.go_on = [](Renderer&, Moment) { return false; };
+  Partial part;
+  {
+    const auto backend = make_cpu_backend(2);
+    Renderer renderer(scene, *backend, options);
+    EXPECT_FALSE(renderer.run());
+    part = renderer.part();
+  }
+  EXPECT_TRUE(part.matter_cells < part.frame.cells || part.photons().count() < scene.photons);
+  const auto backend = make_cpu_backend(2);
+  Renderer renderer(scene, *backend);
+  renderer.resume(std::move(part), "part");
+  EXPECT_TRUE(renderer.run());
+  EXPECT_TRUE(same(renderer.result(), whole));
+}
+
+/// Counts the cells it measures.
+class Measuring final : public ForwardingBackend {
+ public:
+  std::uint64_t measure_matter(IndexRange cells) override {
+    const std::uint64_t end = ForwardingBackend::measure_matter(cells);
+    measured += end - cells.begin;
+    return end;
+  }
+  std::uint64_t measured = 0;
+};
+
+TEST(Parts, keep_the_matter_that_was_measured) {
+  const Scene scene = small();
+  std::uint64_t measured = 0;
+  Partial part;
+  for (int i = 0; i == 0 || (i < 1000 && !part.is_complete()); ++i) {
+    RenderOptions options;
+    options.batch = 10;
+    options.go_on = [](Renderer&, Moment moment) { return moment == Moment::replicate; };
+    Measuring backend;
+    Renderer renderer(scene, backend, options);
+    if (i > 0) renderer.resume(part, "part");
+    renderer.run();
+    part = renderer.part();
+    measured += backend.measured;
+  }
+  EXPECT_TRUE(part.is_complete());
+  EXPECT_EQ(measured, 64u);
+  EXPECT_TRUE(same(develop(part), render(scene, *make_cpu_backend())));
+}
+
+/// At each replicate that a run ends with, what --noise judges by.
+std::vector<double> noises(const Scene& scene, const Partial& begun) {
+  std::vector<double> seen;
+  RenderOptions options;
+  options.go_on = [&](Renderer& r, Moment moment) {
+    if (moment == Moment::replicate) seen.push_back(relative_noise(r.part()));
+    return true;
+  };
+  const auto backend = make_cpu_backend(2);
+  Renderer renderer(scene, *backend, options);
+  renderer.resume(begun, "part");
+  EXPECT_TRUE(renderer.run());
+  return seen;
+}
+
+TEST(Parts, are_judged_by_the_same_noise_wherever_they_were_left) {
+  Scene scene = small();
+  scene.samples = 64;  // 8 of each replicate
+  Partial nothing, begun;
+  {
+    const auto backend = make_cpu_backend(2);
+    nothing = Renderer(scene, *backend).part();
+    RenderOptions options;
+    options.samples = {0, 20};  // the third is in the midst of its samples
+    options.go_on = [](Renderer& r, Moment) { return r.part().samples().count() < 20; };
+    Renderer renderer(scene, *backend, options);
+    renderer.run();
+    begun = renderer.part();
+  }
+  const std::vector<double> whole = noises(scene, nothing), rest = noises(scene, begun);
+  ASSERT_EQ(whole.size(), 8u);
+  EXPECT_EQ(rest, std::vector<double>(whole.begin() + 2, whole.end()));
+}
+
 TEST(Parts, without_photons_may_be_left_out) {
   const Scene scene = small();  // 8 replicates of 50 photons
   const Partial light =
@@ -244,6 +349,19 @@ TEST(Parts, without_photons_may_be_left_out) {
   EXPECT_EQ(part.samples().missing({0, 11}).text(), Ranges({part.frame.samples_of(2)}).text());
   EXPECT_EQ(part.photons().text(), "0:100, 150:400");
   EXPECT_FALSE(renderer.result().is_complete);
+
+  options.samples = part.frame.samples_of(2);  // which have none
+  Renderer dark(scene, *backend, options);
+  dark.resume(light, "light");
+  EXPECT_THROW(dark.run(), Error);
+}
+
+TEST(Parts, photons_that_were_shot_twice_are_told) {
+  const Partial a = part_of(small(), {IndexRange{0, 100}, {}});
+  EXPECT_EQ(shot_twice(a, a).text(), "0:100");
+  EXPECT_TRUE(shot_twice(a, part_of(small(), {IndexRange{100, 200}, {}})).empty());
+  const Partial samples = part_of(small(), {{}, IndexRange{0, 2}});
+  EXPECT_TRUE(shot_twice(samples, part_of(small(), {{}, IndexRange{2, 4}})).empty());
 }
 
 TEST(Parts, without_photons_of_theirs_are_refused) {

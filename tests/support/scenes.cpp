@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <random>
 
 #include "tyndall/render/parallel.h"
@@ -242,6 +243,24 @@ double replicates_p(const Series& a, const Series& b) {
   const double pooled = ((na - 1) * a.variance() + (nb - 1) * b.variance()) / (na + nb - 2);
   return student_p((a.mean() - b.mean()) / std::sqrt(pooled * (1 / na + 1 / nb)),
                    static_cast<int>(na + nb) - 2);
+}
+
+Scene quick() {
+  Scene scene = coloured();
+  scene.photons = 2000;
+  scene.samples = 9;
+  scene.illumination_resolution = {5, 5, 5};
+  scene.camera.resolution = {12, 7};
+  scene.detectors.flux = {2, 2};
+  return scene;
+}
+
+void expect_same(const RenderResult& a, const RenderResult& b) {
+  EXPECT_EQ(a.hashes.tallies, b.hashes.tallies);
+  EXPECT_EQ(a.hashes.pixels, b.hashes.pixels);
+  EXPECT_EQ(a.detected, b.detected);
+  EXPECT_EQ(layer(a, "depth").values, layer(b, "depth").values);
+  EXPECT_EQ(std::memcmp(&a.ledger, &b.ledger, sizeof a.ledger), 0);
 }
 
 }  // namespace tyndall::test

@@ -114,4 +114,9 @@ double replicates_p(const Series& replicates, double expected);
 /// p of two means of few numbers of like spread if the true ones are equal.
 double replicates_p(const Series& a, const Series& b);
 
+/// Small enough to be rendered many times, with every kind of tally.
+Scene quick();
+/// In every bit: tallies, picture, detectors, depth, ledger.
+void expect_same(const RenderResult& a, const RenderResult& b);
+
 }  // namespace tyndall::test

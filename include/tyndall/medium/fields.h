@@ -109,10 +109,10 @@ struct NoiseCloud {
   struct Squeeze {
     enum class Answer { open, no, yes };
 
-    Vec3f p;       ///< doubled by each octave
-    float body;    ///< the shape
-    float undone;  ///< the noise at which both sides are equal, but for rounding
-    float rest;    ///< what the octaves to come may add
+    Vec3f p;         ///< doubled by each octave
+    float body;      ///< the shape
+    float undone;    ///< the noise at which both sides are equal, but for rounding
+    float rest = 0;  ///< what the octaves to come may add, where it is open
     float noise = 0, amplitude = 1;
     int octaves = 0;  ///< summed so far
     Answer answer = Answer::open;
@@ -123,7 +123,6 @@ struct NoiseCloud {
     s.p = on_lattice(p);
     s.body = shape(s.p);
     s.undone = threshold(extinction, v, s.body);
-    s.rest = widened(fractal_noise_bound(octaves, gain), s.body, s.undone);
     float tabulated;
     if (v >= extinction) {
       s.answer = Squeeze::Answer::no;
@@ -131,6 +130,7 @@ struct NoiseCloud {
                && abs(tabulated - s.undone) > widened(table.half, s.body, s.undone)) {
       s.answer = tabulated > s.undone ? Squeeze::Answer::yes : Squeeze::Answer::no;
     } else {
+      s.rest = widened(fractal_noise_bound(octaves, gain), s.body, s.undone);
       settle(s, extinction, v);
     }
     return s;

@@ -105,7 +105,7 @@ struct Partial {
   Ranges photons() const;    ///< of those
   Ranges samples() const;    ///< the same
   bool is_complete() const;  ///< whether it is the whole result
-  bool has_depth() const { return !depth.empty() && depth_pixels == frame.pixels(); }
+  bool has_depth() const { return depth_pixels == frame.pixels(); }
 };
 
 /// \return what counts, without the light of photons where it has been read, and without the

@@ -158,16 +158,17 @@ class Lane {
 };
 
 /// More would leave more lanes waiting for the last, fewer would draw for lanes that did not
-/// arrive: see bench/README.md.
+/// arrive. Not measured yet.
 inline constexpr int steps_per_turn = 4;
 
 /// One turn of lanes that go in lockstep. `lanes` has
 ///   void begin()                     gives the idle ones new paths, as long as there are any
 ///   void where(Stage, Work&& work)   calls work(lane) for the lanes at a stage
 template <class Lanes>
-TYN_HD void take_turn(Lanes& lanes, int steps = steps_per_turn) {
+TYN_HD void take_turn(Lanes& lanes) {
   lanes.begin();
-  for (int i = 0; i < steps; ++i) lanes.where(Stage::walk, [](auto& lane) { lane.walk(); });
+  for (int i = 0; i < steps_per_turn; ++i)
+    lanes.where(Stage::walk, [](auto& lane) { lane.walk(); });
   lanes.where(Stage::draw, [](auto& lane) { lane.draw(); });
   lanes.where(Stage::add_octave, [](auto& lane) { lane.add_octave(); });
   lanes.where(Stage::collide, [](auto& lane) { lane.collide(); });
