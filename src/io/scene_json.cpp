@@ -923,7 +923,11 @@ SceneFile read_scene(const std::string& path, const std::vector<std::string>& ov
   for (const Finding& error : reader.errors) unread.push_back(error.path);
   std::vector<Finding> errors = std::move(reader.errors);
   for (const Problem& problem : problems.errors) {
-    const auto covers = [&](const std::string& other) { return related(other, problem.path); };
+    const auto covers = [&](const std::string& other) {
+      return related(other, problem.path)
+             || std::any_of(problem.depends_on.begin(), problem.depends_on.end(),
+                            [&](const std::string& key) { return related(other, key); });
+    };
     if (std::none_of(unread.begin(), unread.end(), covers)) errors.push_back(finding(problem));
   }
   if (!errors.empty()) throw_all(std::move(errors));

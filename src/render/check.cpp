@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -71,10 +72,10 @@ class Checker {
 
  private:
   void error(const std::string& path, const std::string& message) {
-    problems_.errors.push_back({path, message});
+    problems_.errors.push_back({path, message, {}});
   }
   void warning(const std::string& path, const std::string& message) {
-    problems_.warnings.push_back({path, message});
+    problems_.warnings.push_back({path, message, {}});
   }
 
   // The functions below return whether the value may be used in further checks.
@@ -536,8 +537,12 @@ class Checker {
     if (largest(background) > 0) {
       warning("lights", "no light shines: only the background will be seen");
     } else {
-      error("lights",
-            "nothing shines, neither a light nor the background: the picture would be black");
+      Problem dark{"lights",
+                   "nothing shines, neither a light nor the background: the picture would be black",
+                   {"background"}};
+      for (std::size_t i = 0; i < components.size(); ++i)
+        dark.depends_on.push_back(fmt::format("medium.components[{}].emission", i));
+      problems_.errors.push_back(std::move(dark));
     }
   }
 

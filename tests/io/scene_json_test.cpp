@@ -205,6 +205,15 @@ TEST_F(SceneJson, AMissingFileBesideAnotherErrorIsAWrongScene) {
   EXPECT_EQ(failure(cloud, {grid, "camera.fov=0"}).substr(0, 2), "3 ");
 }
 
+TEST_F(SceneJson, MatterWhoseHeatIsMissingMightHaveShone) {
+  const std::string message = failure(R"({"tyndall": 1, "medium": {"components": [
+    {"field": {"type": "sphere", "radius": 0.4}, "extinction": 1,
+     "emission": {"type": "blackbody", "temperature": {"type": "grid", "size": [2, 2, 2], "file": "heat.raw"}}}]}})");
+  EXPECT_EQ(message.find("nothing shines"), std::string::npos) << message;
+  EXPECT_NE(message.find("emission.temperature"), std::string::npos) << message;
+  EXPECT_EQ(message.substr(0, 2), "4 ") << message;
+}
+
 TEST_F(SceneJson, TellsWhereTheErrorIs) {
   EXPECT_EQ(failure(R"({"tyndall": 1,
   "medium": {"components": [{"field": {"type": "sphere"}, "extinction": 1}]},

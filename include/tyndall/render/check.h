@@ -16,6 +16,7 @@ namespace tyndall {
 struct Problem {
   std::string path;     ///< of the offending key, e.g. "medium.components[0].extinction"
   std::string message;  ///< what was expected, what was found, what to write
+  std::vector<std::string> depends_on = {};  ///< other keys that could make it none
 };
 
 struct Problems {
