@@ -1,69 +1,8 @@
+#include "cuda_row.cuh"
 #include "cuda_rows.h"
-
-#include <chrono>
-#include <string>
-#include <utility>
-
-#include "cuda/device.h"
-#include "cuda/kernels.cuh"
 #include "samplers.h"
 
 namespace tyndall::bench {
-namespace {
-
-template <class Sampler>
-class CudaRow final : public Row {
- public:
-  CudaRow(std::string name, const PreparedScene& scene, Sampler sampler)
-      : name_(std::move(name)), scene_(scene), sampler_(sampler) {}
-
-  std::string name() const override { return name_; }
-  const std::vector<std::int64_t>& illumination() const override { return sums_; }
-  void store_color() override { cells_.channels = 3, cells_.order = 1; }
-
-  Sample run(std::uint64_t begin, std::uint64_t count) override {
-    DeviceArrays arrays;
-    const auto to_device = [&](const auto* host, std::size_t n) { return arrays.keep(host, n); };
-    std::vector<Emitter> emitters = scene_.emitters;
-    for (Emitter& emitter : emitters) emitter.relocate(to_device);
-    const Lights lights{arrays.keep(emitters.data(), emitters.size()),
-                        static_cast<int>(emitters.size())};
-    Buffer<std::int64_t> sums(cells_.count() * static_cast<std::size_t>(cells_.moments()));
-    Buffer<Account> accounts(account_count);
-    AnyMedium copy = scene_.medium;
-    std::visit([&](auto& medium) { medium.relocate(to_device); }, copy);
-    const auto shoot = [&]<class Medium>(const Medium& medium) {
-      run_by_indices(ShootPass<Medium, Sampler>{medium,
-                                                sampler_,
-                                                lights,
-                                                scene_.seed,
-                                                {cells_, sums.data()},
-                                                {accounts.data(), account_count},
-                                                {}},
-                     {begin, begin + count}, {}, 1);
-    };
-    Sample sample;
-    sample.photons = count;
-    const auto start = std::chrono::steady_clock::now();
-    // The media of the tables.
-    if (const auto* cloud = std::get_if<SingleMedium<NoiseCloud>>(&copy)) shoot(*cloud);
-    if (const auto* fog = std::get_if<MixedMedium>(&copy)) shoot(*fog);
-    sample.seconds =
-        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-    sums_ = sums.read();
-    for (const Account& account : accounts.read()) add(sample.account, account);
-    return sample;
-  }
-
- private:
-  std::string name_;
-  const PreparedScene& scene_;
-  Sampler sampler_;
-  IlluminationCells cells_ = scene_.cells;
-  std::vector<std::int64_t> sums_;
-};
-
-}  // namespace
 
 std::vector<std::unique_ptr<Row>> published_cuda_rows(Stage& stage) {
   std::vector<std::unique_ptr<Row>> rows;

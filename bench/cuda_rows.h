@@ -13,4 +13,7 @@ namespace tyndall::bench {
 /// Error(device)
 std::vector<std::unique_ptr<Row>> published_cuda_rows(Stage& stage);
 
+/// `tyndall` with fused, approximate and flushed arithmetic: other bits, to compare the time.
+std::unique_ptr<Row> fast_math_cuda_row(Stage& stage);
+
 }  // namespace tyndall::bench

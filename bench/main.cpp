@@ -89,17 +89,14 @@ std::string json(const std::vector<Result>& results) {
   return text + "\n]\n";
 }
 
-const char* const samplers[] = {"ray_marching",
-                                "woodcock",
-                                "woodcock_squeezed",
-                                "super_voxel_2011",
-                                "super_voxel_2011/32",
-                                "super_voxel_2011/64",
-                                "super_voxel_squeezed",
-                                "tyndall/avx2",
-                                "tyndall"};
+const char* const samplers[] = {"ray_marching",         "woodcock",
+                                "woodcock_squeezed",    "super_voxel_2011",
+                                "super_voxel_2011/32",  "super_voxel_2011/64",
+                                "super_voxel_squeezed", "tyndall/avx2",
+                                "tyndall/fast_math",    "tyndall"};
 
-bool is_on_devices(std::string_view sampler) {
+bool is_on(bool cpu, std::string_view sampler) {
+  if (cpu) return sampler != "tyndall/fast_math";
   return !sampler.ends_with("squeezed") && sampler != "tyndall/avx2";
 }
 
@@ -164,8 +161,7 @@ int run(int argc, char** argv) {
   for (const Case& which : cases()) {
     if (table != "all" && which.table != table[0] - '0') continue;
     const auto is_wanted = [&](const std::string& sampler) {
-      return (on_cpu || is_on_devices(sampler))
-             && std::regex_search(row_name(which, sampler), wanted);
+      return is_on(on_cpu, sampler) && std::regex_search(row_name(which, sampler), wanted);
     };
     if (std::none_of(std::begin(samplers), std::end(samplers), is_wanted)) continue;
     if (list) {

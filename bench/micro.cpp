@@ -5,18 +5,21 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <variant>
 #include <vector>
 
 #include <benchmark/benchmark.h>
 #include <nanovdb/util/GridBuilder.h>
 
+#include "host/warp.h"
 #include "media.h"
 #include "tyndall/medium/phase.h"
 #include "tyndall/random/random.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/volume.h"
 #include "tyndall/transport/illumination.h"
+#include "tyndall/transport/passes.h"
 #include "tyndall/transport/walk.h"
 
 namespace tyndall::bench {
@@ -252,6 +255,40 @@ void deposit(benchmark::State& state, int order, int channels) {
   });
 }
 
+// ---- The scheduler of the GPU's lanes, in an emulated warp
+
+/// Photons through a cloud. What is told is not the time, but how often the warp has to do each
+/// piece of work for a photon, and for what share of its lanes: with the instructions of a piece,
+/// that is what a GPU would issue.
+void warp_shoots(benchmark::State& state, const Cloud& (*prepared)()) {
+  using Pass = ShootPass<SingleMedium<NoiseCloud>, SuperVoxel>;
+  const PreparedScene& scene = prepared().scene;
+  std::vector<std::int64_t> sums(scene.cells.count());
+  Account account;
+  const Pass pass{prepared().medium,
+                  {},
+                  {scene.emitters.data(), static_cast<int>(scene.emitters.size())},
+                  scene.seed,
+                  {scene.cells, sums.data()},
+                  {&account},
+                  {}};
+  constexpr std::uint64_t photons = 20000;
+  for ([[maybe_unused]] auto _ : state) {
+    Warp<Pass> warp(pass, 0, photons);
+    warp.run();
+    for (int i = 0; i < stage_count; ++i) {
+      constexpr const char* names[] = {"begin", "walk", "draw", "octave", "collide", "leave"};
+      const Warp<Pass>::Use& use = warp.use(static_cast<Stage>(i));
+      const auto issued = static_cast<double>(use.issued);
+      state.counters[std::string(names[i]) + "/photon"] = issued / double{photons};
+      state.counters[std::string(names[i]) + "_busy"] =
+          static_cast<double>(use.lanes) / (issued * Warp<Pass>::lanes);
+    }
+  }
+}
+
+BENCHMARK_CAPTURE(warp_shoots, LV, low_variation)->Iterations(1);
+BENCHMARK_CAPTURE(warp_shoots, HV, high_variation)->Iterations(1);
 BENCHMARK(noise_octave);
 BENCHMARK(noise_octave_in_lanes);
 BENCHMARK(noise_12_octaves);

@@ -147,6 +147,7 @@ std::vector<std::unique_ptr<Row>> rows_of(Stage& stage, const std::string& devic
   if (device != "cpu") {
 #if TYNDALL_CUDA
     rows = published_cuda_rows(stage);
+    rows.push_back(fast_math_cuda_row(stage));
     rows.push_back(std::make_unique<BackendRow>("tyndall", stage, make_cuda_backend()));
 #endif
     return rows;

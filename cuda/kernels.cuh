@@ -36,6 +36,12 @@ class WarpLane {
     return is_empty_ && __all_sync(whole_warp, lane_.stage() == Stage::idle);
   }
 
+  __device__ Stage fullest() const {
+    return fullest_stage(!is_empty_, [&](Stage stage) {
+      return __popc(__ballot_sync(whole_warp, lane_.stage() == stage));
+    });
+  }
+
   __device__ void begin() {
     const bool is_idle = lane_.stage() == Stage::idle;
     const unsigned idle = __ballot_sync(whole_warp, is_idle);
@@ -53,7 +59,7 @@ class WarpLane {
   }
 
   template <class Work>
-  __device__ void where(Stage stage, Work&& work) {
+  __device__ __forceinline__ void where(Stage stage, Work&& work) {
     if (lane_.stage() == stage) work(lane_);
     __syncwarp();
   }
@@ -65,10 +71,15 @@ class WarpLane {
   bool is_empty_ = false;
 };
 
+/// Blocks of a multiprocessor at the same time: that many leave all the registers that lanes ask
+/// for.
+template <class Pass>
+inline constexpr int blocks_at_once = sizeof(typename Pass::State) > 64 ? 2 : 3;
+
 /// Lanes that take a new path when theirs ends, for a number of turns; `kept` is what they are in
 /// the midst of.
 template <class Pass>
-__global__ void __launch_bounds__(block_size)
+__global__ void __launch_bounds__(block_size, blocks_at_once<Pass>)
     run_lanes(const __grid_constant__ Pass pass, typename Lane<Pass>::Saved* kept, Queue* queue,
               unsigned long long end, int turns) {
   const unsigned l = blockIdx.x * blockDim.x + threadIdx.x;
@@ -82,7 +93,7 @@ __global__ void __launch_bounds__(block_size)
 
 /// One index a lane.
 template <class Pass>
-__global__ void __launch_bounds__(block_size)
+__global__ void __launch_bounds__(block_size, 3)
     run_indices(const __grid_constant__ Pass pass, std::uint64_t begin, std::uint64_t end) {
   const std::uint64_t index = begin + std::uint64_t{blockIdx.x} * blockDim.x + threadIdx.x;
   if (index < end) pass(index);
@@ -178,12 +189,5 @@ std::uint64_t run_pass(const Pass& pass, IndexRange range, const Interrupts& int
   else
     return run_by_indices(pass, range, interrupts, together);
 }
-
-#define TYNDALL_FOR_ALL_MEDIA(instantiate) \
-  instantiate(SingleMedium<Solid>);        \
-  instantiate(SingleMedium<NoiseCloud>);   \
-  instantiate(SingleMedium<DenseGrid>);    \
-  instantiate(SingleMedium<SparseGrid>);   \
-  instantiate(MixedMedium)
 
 }  // namespace tyndall

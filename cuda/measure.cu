@@ -8,6 +8,10 @@ namespace tyndall {
                                   std::uint64_t);                                           \
   template std::uint64_t run_pass(const DepthPass<Medium>&, IndexRange, const Interrupts&,  \
                                   std::uint64_t)
-TYNDALL_FOR_ALL_MEDIA(TYNDALL_INSTANTIATE);
+TYNDALL_INSTANTIATE(SingleMedium<Solid>);
+TYNDALL_INSTANTIATE(SingleMedium<NoiseCloud>);
+TYNDALL_INSTANTIATE(SingleMedium<DenseGrid>);
+TYNDALL_INSTANTIATE(SingleMedium<SparseGrid>);
+TYNDALL_INSTANTIATE(MixedMedium);
 
 }  // namespace tyndall

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -44,7 +46,19 @@ class Warp {
     lanes_.swap(again);
   }
 
+  /// How often a piece of work was issued to the warp, and to how many lanes in all.
+  struct Use {
+    std::int64_t issued = 0, lanes = 0;
+  };
+  const Use& use(Stage stage) const { return uses_[static_cast<std::size_t>(stage)]; }
+
   // For take_turn():
+  Stage fullest() const {
+    return fullest_stage(next_ < end_, [&](Stage stage) {
+      return static_cast<int>(std::count_if(
+          lanes_.begin(), lanes_.end(), [&](const auto& lane) { return lane.stage() == stage; }));
+    });
+  }
   void begin() {
     where(Stage::idle, [&](Lane<Pass>& lane) {
       if (next_ < end_) lane.begin(next_++);
@@ -52,13 +66,18 @@ class Warp {
   }
   template <class Work>
   void where(Stage stage, Work&& work) {
+    std::int64_t busy = 0;
     for (Lane<Pass>& lane : lanes_)
-      if (lane.stage() == stage) work(lane);
+      if (lane.stage() == stage) work(lane), ++busy;
+    Use& use = uses_[static_cast<std::size_t>(stage)];
+    use.issued += busy > 0 ? 1 : 0;
+    use.lanes += busy;
   }
 
  private:
   std::vector<Lane<Pass>> lanes_;
   std::uint64_t next_, end_;
+  std::array<Use, stage_count> uses_{};
 };
 
 }  // namespace tyndall

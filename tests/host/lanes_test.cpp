@@ -84,11 +84,11 @@ void run_plain(const Pass& pass, std::uint64_t begin, std::uint64_t end) {
   for (std::uint64_t i = begin; i < end; ++i) pass(i);
 }
 
-/// Paths in an emulated warp, a launch of which takes few turns.
+/// Paths in an emulated warp, whose first launches take a turn each: lanes are left at all stages.
 template <class Medium, template <class, class> class Pass>
 void run_warp(const Pass<Medium, SuperVoxel>& pass, std::uint64_t begin, std::uint64_t end) {
   Warp<Pass<Medium, SuperVoxel>> warp(pass, begin, end);
-  for (int i = 0; i < 40; ++i) {
+  for (int i = 0; i < 1000; ++i) {
     warp.turn();
     warp.relaunch(pass);
   }

@@ -4,8 +4,11 @@
 
 #if defined(__CUDACC__)
 #define TYN_HD __host__ __device__ inline
+#define TYN_HD_INLINED \
+  __host__ __device__ __forceinline__  // a call would put its caller's state into memory
 #else
 #define TYN_HD inline
+#define TYN_HD_INLINED inline
 #endif
 
 /// A contract of the core: checked in debug builds on the host, free elsewhere.

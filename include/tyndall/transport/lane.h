@@ -1,9 +1,9 @@
 /// \file
 /// Lanes that go in lockstep, such as the 32 of a warp: a loop over flights would wait for the
 /// longest of them, and a loop over octaves for the hardest decision. So each lane is a machine of
-/// its own that does at most one piece of work of each kind in a turn, and takes a new path when
-/// its own has ended. The pieces are those of the plain loops, follow() and track(), in the same
-/// order for each path, so the results are the same, bit for bit.
+/// its own whose work comes in small pieces, and takes a new path when its own has ended. The
+/// pieces are those of the plain loops, follow() and track(), in the same order for each path, so
+/// the results are the same, bit for bit.
 #pragma once
 
 #include "tyndall/transport/passes.h"
@@ -12,6 +12,7 @@ namespace tyndall {
 
 /// What a lane has to do next.
 enum class Stage { idle, walk, draw, add_octave, collide, leave };
+inline constexpr int stage_count = 6;
 
 /// Whether a pass has paths through a grid of majorants.
 template <class Pass>
@@ -157,22 +158,53 @@ class Lane {
   Lookups lookups_;
 };
 
-/// More would leave more lanes waiting for the last, fewer would draw for lanes that did not
-/// arrive. Not measured yet.
-inline constexpr int steps_per_turn = 4;
+// Each choice costs about 20 instructions of voting. Counted with the emulated warp
+// (bench/README.md): more steps at once leave too many lanes waiting for the last.
+inline constexpr int steps_per_turn = 4, octaves_per_turn = 2;
 
-/// One turn of lanes that go in lockstep. `lanes` has
+/// \param count (stage) -> int, the lanes at it. \return where most are; idle ones count where
+/// there are paths for them.
+template <class Count>
+TYN_HD Stage fullest_stage(bool has_paths, Count&& count) {
+  Stage fullest = Stage::walk;
+  int most = 0;
+  for (int i = has_paths ? 0 : 1; i < stage_count; ++i) {
+    const auto stage = static_cast<Stage>(i);
+    const int lanes = count(stage);
+    if (lanes > most) fullest = stage, most = lanes;
+  }
+  return fullest;
+}
+
+/// One turn of lanes that go in lockstep: the piece of work that most of them wait for, so that as
+/// many as can be do something. `lanes` has
+///   Stage fullest()                  at which most lanes are
 ///   void begin()                     gives the idle ones new paths, as long as there are any
 ///   void where(Stage, Work&& work)   calls work(lane) for the lanes at a stage
 template <class Lanes>
-TYN_HD void take_turn(Lanes& lanes) {
-  lanes.begin();
-  for (int i = 0; i < steps_per_turn; ++i)
-    lanes.where(Stage::walk, [](auto& lane) { lane.walk(); });
-  lanes.where(Stage::draw, [](auto& lane) { lane.draw(); });
-  lanes.where(Stage::add_octave, [](auto& lane) { lane.add_octave(); });
-  lanes.where(Stage::collide, [](auto& lane) { lane.collide(); });
-  lanes.where(Stage::leave, [](auto& lane) { lane.leave(); });
+TYN_HD_INLINED void take_turn(Lanes& lanes) {
+  switch (lanes.fullest()) {
+    case Stage::idle:
+      lanes.begin();
+      break;
+    case Stage::walk:
+      for (int i = 0; i < steps_per_turn; ++i)
+        lanes.where(Stage::walk, [](auto& lane) { lane.walk(); });
+      break;
+    case Stage::draw:
+      lanes.where(Stage::draw, [](auto& lane) { lane.draw(); });
+      break;
+    case Stage::add_octave:
+      for (int i = 0; i < octaves_per_turn; ++i)
+        lanes.where(Stage::add_octave, [](auto& lane) { lane.add_octave(); });
+      break;
+    case Stage::collide:
+      lanes.where(Stage::collide, [](auto& lane) { lane.collide(); });
+      break;
+    case Stage::leave:
+      lanes.where(Stage::leave, [](auto& lane) { lane.leave(); });
+      break;
+  }
 }
 
 }  // namespace tyndall

@@ -251,16 +251,18 @@ class Tracker {
     SuperVoxelWalk::Place place;
     float distance, before;
     int crossings, virtual_particles;
+    Flight flight;
   };
   TYN_HD Saved save() const {
-    return {walk_.ray(),    walk_.place(), walk_.distance(),
-            walk_.before(), crossings_,    virtual_particles_};
+    return {walk_.ray(), walk_.place(),      walk_.distance(), walk_.before(),
+            crossings_,  virtual_particles_, flight_};
   }
   TYN_HD Tracker(const MajorantGrid& grid, const Saved& s)
       : grid_(grid),
         walk_(grid, s.ray, s.place, s.distance, s.before),
         crossings_(s.crossings),
-        virtual_particles_(s.virtual_particles) {}
+        virtual_particles_(s.virtual_particles),
+        flight_(s.flight) {}
 
  private:
   const MajorantGrid& grid_;

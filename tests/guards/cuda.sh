@@ -1,0 +1,128 @@
+#!/usr/bin/env bash
+# What can be said of the device code without a device. scripts/gpu_check builds with nothing in reach but what
+# scripts/gpu_pack packed, warnings are errors, and it ends where it would launch. Of what it built:
+#  - the device computes what the host computes: its PTX has no double precision, no contracted or approximate operation,
+#    and says of every sum and product that it is rounded to nearest (ptxas may contract those that do not say so);
+#  - registers of each kernel are within cuda/registers.txt; none has a stack, or spills;
+#  - the .cu files are small: no physics, and no kernel of it is empty.
+#
+#   cuda.sh [--record]      --record writes cuda/registers.txt
+#
+# Ends with 77 (skipped) where there is no nvcc.
+set -euo pipefail
+cd "${TYNDALL_SOURCE_DIR:-$(dirname "${BASH_SOURCE[0]}")/../..}"
+PATH=$PATH:/usr/local/cuda/bin
+if ! command -v nvcc >/dev/null; then
+  echo "SKIPPED: no nvcc here"
+  exit 77
+fi
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+
+# ---- a tree of its own, as it would be brought to a machine with a GPU
+tree=$scratch/tree
+mkdir "$tree"
+cp -r CMakeLists.txt CMakePresets.json bench cuda include scenes scripts src tests "$tree"
+scripts/gpu_pack "$tree/build/gpu_pack"
+# Installed packages are covered up, where that is allowed.
+hidden=(/usr/include/{glm,fmt,nlohmann,CLI,nanovdb,openvdb,Random123,gtest,gmock,tbb,OpenEXR,Imath,OpenImageIO}
+  /usr/share/cmake /usr/lib/x86_64-linux-gnu/cmake /usr/src/googletest)
+# shellcheck disable=SC2016  # for the shells that run them
+hide='for folder in "$@"; do [[ ! -d $folder ]] || mount -t tmpfs none "$folder"; done'
+if unshare -m bash -c "$hide" hide "${hidden[@]}" 2>/dev/null; then
+  # shellcheck disable=SC2016
+  covered=(unshare -m bash -c "$hide; "'exec "$tree/scripts/gpu_check"' hide)
+else
+  echo "packages cannot be covered up here: gpu_check may find more than what was packed"
+  covered=("$tree/scripts/gpu_check")
+  hidden=()
+fi
+export tree PATH CUDAFLAGS="-Xptxas=-v --no-compress"
+export CCACHE_BASEDIR=$tree CCACHE_NOHASHDIR=1  # the folder is another one each time
+status=0
+"${covered[@]}" "${hidden[@]}" || status=$?
+if ((status != 0 && status != 77)); then exit 1; fi
+log=$tree/build/gpu_check/results/build.txt
+
+# ---- strict arithmetic
+# One instruction a line, without its predicate and operands: "mul.rn.f32".
+strings -a -n 4 "$tree/build/gpu_check/src/libtyndall_cuda.a" \
+  | sed -nE 's/^[[:space:]]*(@!?%p[0-9]+[[:space:]]+)?([a-z][a-z0-9_]*(\.[a-z0-9_:]+)+)[[:space:]].*/\2/p' \
+    >"$scratch/instructions"
+(($(grep -cE '^(add|mul|fma)\..*f32$' "$scratch/instructions") > 10000)) \
+  || { echo "next to no arithmetic: nothing was checked" >&2; exit 1; }
+
+faults=0
+forbid() {  # PATTERN WHY
+  local found
+  found=$(grep -E "$1" "$scratch/instructions" | sort | uniq -c | sort -rn || true)
+  if [[ -n $found ]]; then
+    printf 'forbidden in device code: %s\n%s\n' "$2" "$found"
+    faults=1
+  fi
+}
+forbid '\.(f64|f16|f16x2|bf16|bf16x2|tf32)(\.|$)' "arithmetic in another precision than single"
+forbid '^(fma|mad)\..*f32' "contraction: a product and a sum rounded once"
+forbid '\.(approx|full)(\.|$)' "approximate functions"
+forbid '^(sin|cos|ex2|lg2|tanh|rsqrt)\.' "functions that only devices have"
+forbid '\.(ftz|sat)(\.|$)' "denormals flushed to zero, or saturation"
+forbid '^(add|sub|mul|div|rcp|sqrt)\.(r[zmp]\.)?f32$' "not rounded to nearest, or free to be contracted"
+forbid '^(atom|red)\..*\.f(16|32|64)' "sums in floating point that depend on their order"
+# Signed and unsigned, of 32 and 64 bits, to nearest: what the host does too.
+forbid '^cvt\.(r[zmp]|rna)\.f32\.[su]' "integers not rounded to nearest"
+echo "$(grep -c 'f32$' "$scratch/instructions") single-precision instructions"
+
+# ---- registers, stack, spills; small files
+for file in cuda/*.cu* cuda/*.in; do
+  if (($(wc -l <"$file") > 250)); then
+    echo "$file has more than 250 lines: is there physics in it?"
+    faults=1
+  fi
+done
+python3 - "$log" "${1:-}" <<'PYTHON' || faults=1
+import re
+import subprocess
+import sys
+
+# Of sm_90. Registers are given out by eights.
+log, record = open(sys.argv[1]).read(), sys.argv[2] == "--record"
+kernels = {}
+for name, properties in re.findall(r"Compiling entry function '(\w+)' for 'sm_\w+'\n((?:.*\n){3})", log):
+    registers = int(re.search(r"Used (\d+) registers", properties)[1])
+    stack, stores, loads = map(int, re.search(r"(\d+) bytes stack frame, (\d+) bytes spill stores, (\d+) bytes spill loads",
+                                              properties).groups())
+    kernels[name] = (registers, stack + stores + loads)
+plain = subprocess.run(["c++filt"], input="\n".join(kernels), capture_output=True, text=True, check=True).stdout
+def short(name):
+    name = name.replace("tyndall::", "").replace("(anonymous namespace)::", "")
+    return re.search(r"run_\w+<(.*)>\(", name)[1].replace(" ", "")
+kernels = {short(name): figures for name, figures in zip(plain.splitlines(), kernels.values())}
+# Of the benchmark no more than that it compiles.
+kernels = {name: figures for name, figures in kernels.items() if "bench::" not in name}
+if record:
+    with open("cuda/registers.txt", "w") as out:
+        print("# kernel, registers of a thread; sm_90, recorded by tests/guards/cuda.sh --record", file=out)
+        for name, (registers, _) in sorted(kernels.items()):
+            print(name, registers, file=out)
+budget = dict(line.split() for line in open("cuda/registers.txt") if not line.startswith("#"))
+bad = 0
+def say(text):
+    global bad
+    bad += 1
+    print(text)
+for name in sorted(budget.keys() | kernels.keys()):
+    if name not in kernels or name not in budget:
+        say(f"{name}: {'not built' if name in budget else 'not in cuda/registers.txt'}")
+        continue
+    registers, memory = kernels[name]
+    if registers > int(budget[name]) + 8:
+        say(f"{name}: {registers} registers, {budget[name]} recorded")
+    if memory:
+        say(f"{name}: {memory} bytes of stack and spills")
+if len(kernels) != 40:
+    say(f"{len(kernels)} kernels, not 40: 5 media, 3 samplers to shoot and to gather with, matter and depth")
+print(f"{len(kernels)} kernels, {min(k[0] for k in kernels.values())} to {max(k[0] for k in kernels.values())} registers")
+sys.exit(bad > 0)
+PYTHON
+
+exit "$faults"
