@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
+#include "app/bake_command.h"
 #include "app/console.h"
 #include "app/convert_command.h"
 #include "app/devices.h"
@@ -20,6 +21,7 @@
 #include "app/outputs.h"
 #include "app/ranks.h"
 #include "app/render_command.h"
+#include "io/bake_file.h"
 #include "io/convert.h"
 #include "io/info.h"
 #include "io/scene_json.h"
@@ -39,6 +41,7 @@ constexpr const char* examples = R"(Examples:
   tyndall convert cloud.json -o cloud.py             the scene for Mitsuba 3; cloud.pbrt: for pbrt-v4
   tyndall render cloud.json --checkpoint cloud.tyn --resume     goes on after a crash or Ctrl-C
   tyndall merge a.tyn b.tyn -o cloud.exr             adds up parts (--sample-range A:B -o a.tyn)
+  tyndall bake cloud.json -o light.vdb               the light for other programs, beside the density
   tyndall defaults                                   lists every key of a scene with its default
 
 )";
@@ -252,6 +255,36 @@ int run(int argc, char** argv) {
   merge->add_flag("--allow-gaps", merging.allow_gaps, "Makes a picture of what is there");
   merge->add_flag("--print-hash", merging.print_hash, "Prints the hashes of tallies and pixels");
 
+  BakeArguments baking;
+  CLI::App* bake = app.add_subcommand("bake", "Writes a scene's light for other programs");
+  add_scene(*bake, baking.scene, baking.overrides);
+  bake->add_option("-o,--output", baking.outputs,
+                   "File to write (" + io::known_bakes() + "); may be repeated")
+      ->required()
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  add_override(*bake, "--photons", "photons.count", count(limits::photons), baking.overrides,
+               "Photons to shoot");
+  add_override(*bake, "-s,--seed", "seed", count(), baking.overrides, "Seed of the random numbers");
+  bake->add_option("--order", baking.order,
+                   "1: with the directions that light comes from; 0: without (1)")
+      ->type_name("N")
+      ->transform(count(1));
+  bake->add_flag("--per-light", baking.per_light, "Each light by itself");
+  bake->add_flag("--half", baking.half, "Floats of 16 bits");
+  bake->add_option("--voxels", baking.voxels,
+                   fmt::format("Of the density, along its longest side ({}; 128 in pages)",
+                               io::default_voxels))
+      ->type_name("N")
+      ->transform(count(io::most_voxels, io::least_voxels));
+  bake->add_option("-t,--threads", baking.threads, "Threads (0: all of the machine's)")
+      ->type_name("N")
+      ->transform(count(4096));
+  bake->add_option("--device", baking.device, "As of render")->type_name("NAME");
+  bake->add_option("--progress", baking.progress, "As of render")
+      ->type_name("STYLE")
+      ->check(CLI::IsMember({"auto", "bar", "plain", "none"}).description(""));
+
   CLI::App* validate = app.add_subcommand("validate", "Finds every error of a scene");
   add_scene(*validate, arguments.scene, arguments.overrides);
   CLI::App* info =
@@ -284,8 +317,8 @@ int run(int argc, char** argv) {
   CLI::App* help = app.add_subcommand("help", "Prints this help, or that of a command");
   std::string topic;
   help->add_option("COMMAND", topic, "")
-      ->check(CLI::IsMember(
-          {"render", "merge", "validate", "info", "convert", "devices", "schema", "defaults"}));
+      ->check(CLI::IsMember({"render", "merge", "bake", "validate", "info", "convert", "devices",
+                             "schema", "defaults"}));
 
   try {
     app.parse(argc, argv);
@@ -303,6 +336,7 @@ int run(int argc, char** argv) {
     throw Error(ExitCode::usage, "a command is missing (see `tyndall help`)");
   if (*render) return static_cast<int>(render_command(arguments));
   if (is_other_rank()) return 0;
+  if (*bake) return static_cast<int>(bake_command(baking));
   if (*merge) merge_command(merging);
   if (*validate) {
     const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);

@@ -44,6 +44,12 @@ std::string outlook(const Progress& progress, double seconds) {
 
 }  // namespace
 
+ProgressStyle progress_style(const std::string& name) {
+  if (name == "bar") return ProgressStyle::bar;
+  if (name == "plain") return ProgressStyle::plain;
+  return name == "auto" && ::isatty(STDERR_FILENO) == 1 ? ProgressStyle::bar : ProgressStyle::none;
+}
+
 void ProgressMeter::show(const Progress& progress) {
   if (style_ == ProgressStyle::none) return;
   const auto now = Clock::now();

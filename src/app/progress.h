@@ -15,6 +15,9 @@ enum class ProgressStyle {
   bar,    ///< one line that is drawn over, for terminals
 };
 
+/// \param name auto, bar, plain or none
+ProgressStyle progress_style(const std::string& name);
+
 class ProgressMeter {
  public:
   explicit ProgressMeter(ProgressStyle style) : style_(style) {}

@@ -67,12 +67,6 @@ void refuse_ranges_beyond(const Scene& scene, const RenderArguments& arguments) 
 
 // ---- One run. ----
 
-ProgressStyle progress_style(const std::string& name) {
-  if (name == "bar") return ProgressStyle::bar;
-  if (name == "plain") return ProgressStyle::plain;
-  return name == "auto" && ::isatty(STDERR_FILENO) == 1 ? ProgressStyle::bar : ProgressStyle::none;
-}
-
 /// What is asked of a render while it runs: to be stopped, looked at, written down.
 class Watch {
  public:

@@ -414,6 +414,74 @@ std::vector<GridEntry> list_grids(const std::string& path) {
   return entries;
 }
 
+std::string encode_grids(const std::string& path, bool nano, const std::vector<GridToWrite>& grids,
+                         const std::vector<std::pair<std::string, std::string>>& metadata,
+                         bool half) {
+  const auto bytes_of = [](const GridToWrite& grid) {
+    if (grid.stored) return grid.stored->size();
+    return sizeof(float) * static_cast<std::size_t>(grid.channels)
+           * static_cast<std::size_t>(grid.size[0]) * static_cast<std::size_t>(grid.size[1])
+           * static_cast<std::size_t>(grid.size[2]);
+  };
+  // The offsets are part of the text before them: room for it that it is filled up to.
+  const std::uint64_t room = 4096 + 1024 * grids.size() + 65536;
+  Json header{{"half", half}, {"metadata", Json::object()}, {"grids", Json::array()}};
+  for (const auto& [key, text] : metadata) header["metadata"][key] = text;
+  std::uint64_t at = sizeof room + room;
+  for (const GridToWrite& grid : grids) {
+    Json rows = Json::array();
+    for (int row = 0; row < 3; ++row)
+      for (int column = 0; column < 4; ++column) rows.push_back(grid.to_world[column][row]);
+    Json entry{{"name", grid.name}, {"channels", grid.channels}, {"transform", rows}, {"at", at}};
+    if (grid.stored)
+      entry["bytes"] = bytes_of(grid), entry["scale"] = grid.scale;
+    else
+      entry["size"] = grid.size;
+    header["grids"].push_back(entry);
+    at += bytes_of(grid);
+  }
+  std::string text = header.dump();
+  if (text.size() > room) throw Error(ExitCode::internal, "the head of a parcel is too long");
+  text.resize(room, ' ');
+
+  const Descriptor parcel = memory_file(), written = memory_file();
+  const auto put = [&](const void* from, std::size_t size) {
+    const char* bytes = static_cast<const char*>(from);
+    while (size > 0) {
+      const ssize_t n = ::write(parcel.number(), bytes, size);
+      if (n <= 0) throw std::bad_alloc();
+      bytes += n;
+      size -= static_cast<std::size_t>(n);
+    }
+  };
+  put(&room, sizeof room);
+  put(text.data(), text.size());
+  for (const GridToWrite& grid : grids)
+    put(grid.stored ? static_cast<const void*>(grid.stored->bytes()) : grid.values, bytes_of(grid));
+
+  const auto fail_writing = [&](const std::string& why) {
+    throw Error(ExitCode::output_failed,
+                fmt::format("{}: {} could not write it: {}", path, helper_name, why));
+  };
+  Outcome outcome;
+  try {
+    outcome = call_helper(path, parcel, written, {"write", nano ? "nvdb" : "vdb"});
+  } catch (const Error& error) {
+    fail_writing(error.what());
+  }
+  if (outcome.report.contains("error")) fail_writing(outcome.report.value("message", ""));
+  struct stat status {};
+  ::fstat(written.number(), &status);
+  std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
+  for (std::size_t done = 0; done < bytes.size();) {
+    const ssize_t n = ::pread(written.number(), bytes.data() + done, bytes.size() - done,
+                              static_cast<off_t>(done));
+    if (n <= 0) fail_writing(std::strerror(errno));
+    done += static_cast<std::size_t>(n);
+  }
+  return bytes;
+}
+
 bool is_volume_file(const std::string& path) {
   const fs::path extension = fs::path(path).extension();
   return extension == ".vdb" || extension == ".nvdb";

@@ -3,11 +3,15 @@
 /// (io/helper/protocol.h); what it hands back is checked here.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
+
+#include <glm/mat4x4.hpp>
 
 #include "tyndall/render/error.h"
 #include "tyndall/render/volume.h"
@@ -43,6 +47,24 @@ LoadedVolume load_mesh(const std::string& path, int voxels);
 
 /// \throws Error(input_missing).
 std::vector<GridEntry> list_grids(const std::string& path);
+
+/// A grid to be written: numbers or colours at the middles of the voxels of a box, or one that was
+/// read.
+struct GridToWrite {
+  std::string name;
+  glm::dmat4 to_world{1.0};  ///< from index space, voxels at integers
+  std::array<int, 3> size{1, 1, 1};
+  int channels = 1;                      ///< 1 or 3
+  const float* values = nullptr;         ///< [nz][ny][nx][channels]; what is 0 is not stored
+  std::shared_ptr<const Volume> stored;  ///< instead, of floats
+  double scale = 1;                      ///< of its values
+};
+
+/// \return the bytes of a .vdb file, or of an .nvdb file if `nano`. \param metadata keys and texts
+/// \param half floats of 16 bits in the file \throws Error(output_failed); `path` is its name
+std::string encode_grids(const std::string& path, bool nano, const std::vector<GridToWrite>& grids,
+                         const std::vector<std::pair<std::string, std::string>>& metadata,
+                         bool half);
 
 /// Whether the name of a file is that of one with grids: .vdb or .nvdb.
 bool is_volume_file(const std::string& path);

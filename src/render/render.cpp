@@ -9,11 +9,11 @@
 #include <fmt/format.h>
 
 #include "render/account.h"
+#include "render/read_out.h"
 #include "tyndall/base/hash.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
-#include "tyndall/render/huge_pages.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/prepare.h"
 
@@ -80,32 +80,6 @@ class PassRunner {
   std::uint64_t done_, size_ = 1024;
   double seconds_ = 0;
 };
-
-/// D of each cell in absolute units: [length^2].
-std::vector<float> read_out_matter(const PreparedScene& scene,
-                                   const std::vector<std::int64_t>& matter) {
-  const Vec3f size = scene.cell_size;
-  const double points = 8.0 * scene.strata * scene.strata * scene.strata;
-  const double volume =
-      double{size.x} * double{size.y} * double{size.z} / (points * double{scene.matter_scale});
-  std::vector<float> out;
-  out.reserve(matter.size());
-  advise_huge_pages(out.data(), matter.size() * sizeof(float));
-  for (const std::int64_t d : matter)
-    out.push_back(static_cast<float>(static_cast<double>(d) * volume));
-  return out;
-}
-
-/// N in absolute units, of photons of `photon_power` [W]: made once, before the gather.
-std::vector<float> read_out_light(const std::vector<std::int64_t>& sums, double photon_power) {
-  const double weight = photon_power / double{weight_units};
-  std::vector<float> out;
-  out.reserve(sums.size());
-  advise_huge_pages(out.data(), sums.size() * sizeof(float));
-  for (const std::int64_t n : sums)
-    out.push_back(static_cast<float>(static_cast<double>(n) * weight));
-  return out;
-}
 
 void require_valid(const Scene& scene, std::vector<std::string>& warnings) {
   const Problems problems = check(scene);
@@ -192,6 +166,7 @@ class Renderer::Work {
     return part_;
   }
 
+  const PreparedScene& scene() const { return prepared_; }
   bool has_picture() const { return !part_.film.pixels.empty(); }
   bool shoots_only() const { return options_.photons && !options_.samples; }
 
@@ -335,7 +310,7 @@ class Renderer::Work {
     for (first_ = 0; first_ + 1 < part_.frame.replicates && !is_wanted(first_);) ++first_;
     replicate_ = first_;
     // Before there is light: then it can be looked at whenever the render is stopped.
-    if (shoots_only() || measure_matter()) run_replicates();
+    if ((shoots_only() && !options_.measures_matter) || measure_matter()) run_replicates();
     replicate_ = std::min(replicate_, part_.frame.replicates - 1);
     flush();
   }
@@ -630,6 +605,7 @@ void Renderer::resume(Partial part, const std::string& name) {
 }
 bool Renderer::run() { return work_->run(); }
 const Partial& Renderer::part() { return work_->part(); }
+const PreparedScene& Renderer::scene() const { return work_->scene(); }
 bool Renderer::has_picture() const { return work_->has_picture(); }
 bool Renderer::shoots_only() const { return work_->shoots_only(); }
 RenderResult Renderer::result() { return work_->result(); }

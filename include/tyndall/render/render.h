@@ -24,6 +24,7 @@ struct Progress {
   std::uint64_t total;
 };
 
+struct PreparedScene;
 class Renderer;
 
 /// When a render may be looked at, or left: its integers are whole then.
@@ -47,6 +48,8 @@ struct RenderOptions {
   std::optional<IndexRange> photons, samples;
   /// Samples whose replicate has no photons, where it should, are left out: else they are refused.
   bool allow_gaps = false;
+  /// Also where photons are only shot: see bake.h.
+  bool measures_matter = false;
   /// [s] from the start of the render; photons and samples that do not fit are left out: of the
   /// first replicate half the time is for photons, later ones are begun where their photons fit.
   double time_limit = 0;  ///< 0: none
@@ -99,6 +102,8 @@ class Renderer {
 
   /// \return all that is done. Where run() threw Stopped: what it had last written down.
   const Partial& part();
+  /// \return the scene as it is rendered.
+  const PreparedScene& scene() const;
   /// \return whether there are samples of all pixels.
   bool has_picture() const;
   /// \return whether photons alone were asked for.

@@ -151,6 +151,7 @@ Json read_grids(File&& file, const std::vector<std::string>& words) {
 Json run(const std::vector<std::string>& words) {
   if (words[0] == "mesh") return Json{{"loaded", voxelize(std::atoi(words.at(3).c_str()))}};
   const bool nano = words.at(3) == "nvdb";
+  if (words[0] == "write") return write_grids(nano);
   require_format(nano);
   return nano ? read_grids(NanoFile(), words) : read_grids(VdbFile(), words);
 }

@@ -1,5 +1,6 @@
 /// \file
-/// Grids of .vdb files and of meshes, made NanoVDB buffers in the memory file.
+/// Grids of .vdb files and of meshes, made NanoVDB buffers in the memory file; and grids to be
+/// written.
 #pragma once
 
 #include <memory>
@@ -27,5 +28,9 @@ class VdbFile {
 /// A level set of the body within the .obj mesh on standard input, or, where it is open, of a shell
 /// about its faces; "closed" says which. \throws Failure
 Json voxelize(int voxels);
+
+/// Reads a parcel (io/helper/protocol.h) from standard input and writes the file into the memory
+/// file. \return an empty object.
+Json write_grids(bool nano);
 
 }  // namespace tyndall::io

@@ -1,6 +1,6 @@
 /// \file
 /// What crosses the border between Tyndall and its helper, tyndall-vdb, which reads files that may
-/// be damaged and may die of them.
+/// be damaged and may die of them, and writes grids.
 ///
 ///   tyndall-vdb COMMAND MEMORY SECONDS [ARGUMENT...]
 ///
@@ -11,6 +11,13 @@
 ///   list                      what grids the file has
 ///   load DEFAULT [GRID]       the grid named GRID, or the one named DEFAULT
 ///   mesh VOXELS               the body within a mesh (.obj), VOXELS along its longest side
+///   write vdb|nvdb            standard input is a parcel, the memory file gets the file
+///
+/// A parcel is the length of a JSON text, in 8 bytes, that text, and arrays of floats (x fastest)
+/// or NanoVDB buffers at offsets of its own from the first byte:
+/// {"half": bool, "metadata": {KEY: TEXT}, "grids": [{"name", "channels": 1 or 3, "transform":
+/// index to world space, 3 rows of 4, "at", and "size": [nx, ny, nz], or "bytes" and "scale" of a
+/// buffer}]}
 ///
 /// The object has "error" and "message", or "grids" (list, load), "loaded" (load, mesh) and
 /// "checksum" (load, mesh): Hasher's of the memory file's words, in hexadecimal.

@@ -1,0 +1,48 @@
+/// \file
+/// Light for other programs: what the photons leave in the illumination grid, cell by cell.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include <glm/vec3.hpp>
+
+#include "tyndall/base/vec3.h"
+#include "tyndall/render/render.h"
+
+namespace tyndall {
+
+/// Light of one group of lights, or of all. Cells are [nz][ny][nx], x fastest. Each has the light
+/// that a gather would find on average over it. Where there is no matter no light is known: the two
+/// cells beside some have their neighbours', so that whoever interpolates gets no dark rim; the
+/// others are black.
+struct BakedGroup {
+  std::string name;            ///< empty: all lights
+  std::vector<Vec3f> fluence;  ///< rate [W/area]: radiance, integrated over all directions
+  /// What is scattered towards a unit vector w, per unit of albedo and of extinction, by matter
+  /// whose phase function has the mean cosine g: radiance fluence / (4 pi) + g dot(w, slope)
+  /// [W/(area sr)]. [3]: along x, y, z. Empty: order 0.
+  std::array<std::vector<Vec3f>, 3> slope;
+};
+
+struct BakedLight {
+  std::array<int, 3> size{1, 1, 1};
+  glm::dvec3 low{0.0}, high{1.0};  ///< the box, in world space
+  std::vector<BakedGroup> groups;
+  /// Standard error of the fluence's luminance over itself, from the spread between replicates;
+  /// 1e6 where there is matter and no light, 0 where there is no matter. Empty: one replicate.
+  std::vector<float> relative_error;
+  std::vector<Vec3f> albedo;  ///< mean over the matter; spread as the light is
+  std::uint64_t photons = 0;
+};
+
+/// \return `scene` as it is to be shot for a bake: all light in the grid, that which is scattered
+/// once, too, with directions or without; each light by itself if `per_light`; no picture.
+Scene scene_to_bake(Scene scene, bool with_directions, bool per_light);
+
+/// \param renderer that has shot photons, one at least, through `scene`, made by scene_to_bake(),
+/// and measured all of its matter: see RenderOptions::measures_matter.
+BakedLight bake(Renderer& renderer, const Scene& scene);
+
+}  // namespace tyndall

@@ -1,0 +1,196 @@
+#include "io/bake_file.h"
+
+#include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <glm/gtc/packing.hpp>
+
+#include "io/bake_parts.h"
+#include "io/convert_parts.h"
+#include "io/embedded.h"
+#include "io/json_text.h"
+#include "io/volume_file.h"
+#include "tyndall/render/error.h"
+
+namespace tyndall::io {
+
+OneMedium matter_of_bake(const Bake& bake, int voxels, int threads, bool reads_volumes) {
+  const std::vector<std::string> any(bake.scene.scene.medium.components.size());
+  return one_medium(bake.scene.scene, any, {voxels, threads}, reads_volumes);
+}
+
+Texture density_of(const BakedLight& light, const OneMedium& medium) {
+  if (const auto* sampled = std::get_if<Sampled>(&medium.matter))
+    return {"density", sampled->size, sampled->low, sampled->high, 1, sampled->sigma_t};
+  const auto sigma_t = static_cast<float>(std::get<Homogeneous>(medium.matter).sigma_t);
+  return {"density",  light.size, light.low,
+          light.high, 1,          std::vector<float>(count(light.size), sigma_t)};
+}
+
+namespace {
+
+namespace fs = std::filesystem;
+
+int voxels_of(const BakeOptions& options) {
+  return options.voxels > 0 ? options.voxels : default_voxels;
+}
+
+Texture texture(const BakedLight& light, std::string name, const std::vector<Vec3f>& colors,
+                float scale = 1.0f) {
+  Texture t{std::move(name), light.size, light.low, light.high, 3, {}};
+  t.values.reserve(3 * colors.size());
+  for (const Vec3f& c : colors)
+    for (const float x : {c.x, c.y, c.z}) t.values.push_back(scale * x);
+  return t;
+}
+
+/// The light, in the order of docs/bake.md.
+std::vector<Texture> textures_of(const BakedLight& light) {
+  std::vector<Texture> textures{texture(light, "albedo", light.albedo)};
+  for (const BakedGroup& group : light.groups) {
+    const std::string suffix = group.name.empty() ? "" : "_" + group.name;
+    textures.push_back(texture(light, "fluence" + suffix, group.fluence));
+    textures.push_back(texture(light, "inscatter" + suffix, group.fluence,
+                               static_cast<float>(0.25 * std::numbers::inv_pi)));
+    constexpr const char* axes[] = {"_x", "_y", "_z"};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      if (!group.slope[axis].empty())
+        textures.push_back(texture(light, "inscatter" + suffix + axes[axis], group.slope[axis]));
+  }
+  if (!light.relative_error.empty())
+    textures.push_back(
+        {"relative_error", light.size, light.low, light.high, 1, light.relative_error});
+  return textures;
+}
+
+glm::dmat4 voxels_to_world(const Texture& t) {
+  const glm::dvec3 voxel = (t.high - t.low) / glm::dvec3(t.size[0], t.size[1], t.size[2]);
+  glm::dmat4 m(1.0);
+  for (int axis = 0; axis < 3; ++axis) m[axis][axis] = voxel[axis];
+  m[3] = glm::dvec4(t.low + 0.5 * voxel, 1.0);
+  return m;
+}
+
+// ---- Grids
+
+std::string grids(const Bake& bake, const std::string& path, const BakeOptions& options) {
+  const OneMedium medium = matter_of_bake(bake, voxels_of(options), options.threads, true);
+  std::vector<Texture> textures = textures_of(bake.light);
+  std::vector<GridToWrite> out;
+  if (const auto* stored = std::get_if<Stored>(&medium.matter)) {
+    GridToWrite grid;
+    grid.name = "density";
+    grid.stored = stored->volume;
+    grid.to_world = stored->to_world * stored->volume->to_world();
+    grid.scale = stored->sigma_t;
+    out.push_back(grid);
+  } else {
+    textures.insert(textures.begin(), density_of(bake.light, medium));
+  }
+  for (const Texture& t : textures)
+    out.push_back({t.name, voxels_to_world(t), t.size, t.channels, t.values.data(), nullptr, 1});
+  return encode_grids(path, fs::path(path).extension() == ".nvdb", out, bake.provenance,
+                      options.half);
+}
+
+// ---- Textures for engines
+
+std::vector<ConvertedFile> raw_textures(const Bake& bake, const std::string& path,
+                                        const BakeOptions& options) {
+  const OneMedium medium = matter_of_bake(bake, voxels_of(options), options.threads, false);
+  std::vector<Texture> textures = textures_of(bake.light);
+  textures.insert(textures.begin(), density_of(bake.light, medium));
+  const std::string raw_path = beside(path, ".raw");
+  Json description{{"tyndall", "bake"},
+                   {"file", fs::path(raw_path).filename().string()},
+                   {"order", "x fastest, then y, then z; little endian; channels together"},
+                   {"textures", Json::array()},
+                   {"provenance", Json::object()}};
+  std::string raw;
+  for (const Texture& t : textures) {
+    description["textures"].push_back(
+        {{"name", t.name},
+         {"format", fmt::format("{}{}f", t.channels == 1 ? "r" : "rgb", options.half ? 16 : 32)},
+         {"size", t.size},
+         {"box_min", {t.low.x, t.low.y, t.low.z}},
+         {"box_max", {t.high.x, t.high.y, t.high.z}},
+         {"offset", raw.size()}});
+    if (!options.half) {
+      raw.append(reinterpret_cast<const char*>(t.values.data()), t.values.size() * sizeof(float));
+      continue;
+    }
+    for (const float x : t.values) {
+      const std::uint16_t half = glm::packHalf1x16(x);
+      raw.append(reinterpret_cast<const char*>(&half), sizeof half);
+    }
+  }
+  for (const auto& [key, text] : bake.provenance) description["provenance"][key] = text;
+  return {{path, description.dump(2) + "\n"},
+          {raw_path, std::move(raw)},
+          {beside(path, ".glsl"), light_glsl}};
+}
+
+struct Format {
+  const char* extension;
+  bool has_half;
+  std::vector<ConvertedFile> (*encode)(const Bake&, const std::string&, const BakeOptions&);
+};
+
+constexpr auto encode_grids_alone = [](const Bake& bake, const std::string& path,
+                                       const BakeOptions& options) -> std::vector<ConvertedFile> {
+  return {{path, grids(bake, path, options)}};
+};
+
+const Format formats[] = {
+#if TYNDALL_OPENVDB
+    {".vdb", true, encode_grids_alone},
+    {".nvdb", false, encode_grids_alone},
+#endif
+    {".json", true, raw_textures},
+#if TYNDALL_ZLIB
+    {".html", false,
+     [](const Bake& bake, const std::string& path, const BakeOptions& options) {
+       return std::vector<ConvertedFile>{{path, bake_page(bake, path, options)}};
+     }},
+#endif
+};
+
+const Format* find_format(const std::string& path) {
+  const std::string extension = fs::path(path).extension();
+  for (const Format& format : formats)
+    if (extension == format.extension) return &format;
+  return nullptr;
+}
+
+}  // namespace
+
+std::string known_bakes() {
+  std::string names;
+  for (const Format& format : formats)
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", format.extension);
+  return names;
+}
+
+void require_bake(const std::string& path, const BakeOptions& options) {
+  const Format* format = find_format(path);
+  if (!format) {
+    throw Error(ExitCode::usage, fmt::format("{}: this build bakes no '{}' files, only {}", path,
+                                             fs::path(path).extension().string(), known_bakes()));
+  }
+  if (options.half && !format->has_half)
+    throw Error(ExitCode::usage,
+                fmt::format("--half: {} files have no colours of 16 bits; leave it "
+                            "out, or bake a .vdb",
+                            format->extension));
+}
+
+std::vector<ConvertedFile> bake_files(const Bake& bake, const std::string& path,
+                                      const BakeOptions& options) {
+  require_bake(path, options);
+  return find_format(path)->encode(bake, path, options);
+}
+
+}  // namespace tyndall::io

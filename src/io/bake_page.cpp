@@ -1,0 +1,223 @@
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <new>
+#include <numbers>
+
+#include <fmt/format.h>
+#include <zlib.h>
+#include <glm/trigonometric.hpp>
+
+#include "io/bake_parts.h"
+#include "io/embedded.h"
+#include "io/json_text.h"
+#include "render/camera.h"
+#include "tyndall/render/error.h"
+#include "tyndall/render/image.h"
+#include "tyndall/render/prepare.h"
+
+namespace tyndall::io {
+namespace {
+
+constexpr int usual_voxels = 128, most_page_voxels = 256;
+constexpr std::size_t most_lights = 6;
+
+std::string gzip(const std::string& bytes) {
+  z_stream stream{};
+  if (deflateInit2(&stream, Z_BEST_COMPRESSION, Z_DEFLATED, 15 + 16, 9, Z_DEFAULT_STRATEGY) != Z_OK)
+    throw std::bad_alloc();
+  std::string packed(deflateBound(&stream, bytes.size()), '\0');
+  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
+  stream.avail_in = static_cast<uInt>(bytes.size());
+  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+  stream.avail_out = static_cast<uInt>(packed.size());
+  const int result = deflate(&stream, Z_FINISH);
+  packed.resize(stream.total_out);
+  deflateEnd(&stream);
+  if (result != Z_STREAM_END) throw Error(ExitCode::internal, "zlib did not pack the page's data");
+  return packed;
+}
+
+std::string base64(const std::string& bytes) {
+  constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const auto byte = [&](std::size_t n) {
+      return i + n < bytes.size() ? static_cast<unsigned char>(bytes[i + n]) : 0u;
+    };
+    const unsigned word = byte(0) << 16 | byte(1) << 8 | byte(2);
+    for (unsigned n = 0; n < 4; ++n)
+      text += i + n <= bytes.size() ? digits[word >> (18 - 6 * n) & 63u] : '=';
+  }
+  return text;
+}
+
+/// Light per unit of extinction and of albedo 1, at a point of the world.
+class Interpolated {
+ public:
+  Interpolated(const BakedLight& light, const std::vector<Vec3f>& values)
+      : light_(light), values_(values) {}
+
+  Vec3f at(glm::dvec3 p) const {
+    const glm::dvec3 n(light_.size[0], light_.size[1], light_.size[2]);
+    const glm::dvec3 q = (p - light_.low) / (light_.high - light_.low) * n - 0.5;
+    const glm::dvec3 low = glm::floor(q), share = q - low;
+    Vec3f sum{0, 0, 0};
+    for (int c = 0; c < 8; ++c) {
+      std::size_t index = 0;
+      double weight = 1;
+      for (int axis = 2; axis >= 0; --axis) {
+        const bool high = c >> axis & 1;
+        const int size = light_.size[static_cast<std::size_t>(axis)];
+        const int i = std::clamp(static_cast<int>(low[axis]) + (high ? 1 : 0), 0, size - 1);
+        index = index * static_cast<std::size_t>(size) + static_cast<std::size_t>(i);
+        weight *= high ? share[axis] : 1 - share[axis];
+      }
+      sum = sum + static_cast<float>(weight) * values_[index];
+    }
+    return sum;
+  }
+
+ private:
+  const BakedLight& light_;
+  const std::vector<Vec3f>& values_;
+};
+
+char byte(double x) { return static_cast<char>(static_cast<unsigned char>(x)); }
+
+Json packed_light(const std::string& name, const std::vector<Vec3f>& light) {
+  float brightest = 0;
+  for (const Vec3f& c : light) brightest = std::max({brightest, c.x, c.y, c.z});
+  std::string rgbm;
+  rgbm.reserve(4 * light.size());
+  for (const Vec3f& c : light) {
+    const float most = std::max({c.x, c.y, c.z});
+    // M no larger than needed, so that R, G and B use their range.
+    const double m = std::clamp(
+        std::ceil(255 * std::sqrt(brightest > 0 ? double{most} / double{brightest} : 0.0)), 1.0,
+        255.0);
+    const double unit = std::max(double{brightest} * m * m / (255. * 255.), 1e-30);
+    for (const float x : {c.x, c.y, c.z}) rgbm += byte(std::lround(255 * double{x} / unit));
+    rgbm += byte(most > 0 ? m : 0.0);
+  }
+  return {{"name", name}, {"scale", brightest}, {"data", base64(gzip(rgbm))}};
+}
+
+/// Over all directions: rows near the poles are narrow.
+glm::dvec3 mean_of(const Image& image) {
+  glm::dvec3 sum(0.0);
+  double weights = 0;
+  std::size_t n = 0;
+  for (int y = 0; y < image.height(); ++y) {
+    const double weight = std::sin(std::numbers::pi * (y + 0.5) / image.height());
+    for (int x = 0; x < image.width(); ++x, ++n) {
+      const Vec3f& c = image.texels()[n];
+      sum += weight * glm::dvec3(c.x, c.y, c.z);
+      weights += weight;
+    }
+  }
+  return sum / weights;
+}
+
+/// Behind the matter: of a sky that is an image, its mean.
+glm::dvec3 background(const Scene& scene) {
+  glm::dvec3 sum = scene.background;
+  for (const scene::Light& light : scene.lights) {
+    const auto* sky = std::get_if<scene::EnvironmentLight>(&light);
+    if (!sky) continue;
+    sum += sky->scale * (sky->image ? mean_of(*sky->image) : sky->radiance);
+  }
+  return sum;
+}
+
+Json vector(glm::dvec3 v) { return {v.x, v.y, v.z}; }
+
+Json camera(const Scene& scene) {
+  const scene::Camera& c = scene.camera;
+  const Pose p = pose(c);
+  const double width = c.projection == scene::Projection::perspective
+                           ? 2 * std::tan(0.5 * glm::radians(field_of_view(c)))
+                           : 1.0;  // another projection is seen by a common lens
+  const double height = width * c.resolution[1] / c.resolution[0];
+  return {{"position", vector(p.position)},
+          {"look_at", vector(look_at(scene))},
+          {"up", vector(p.up)},
+          {"fov", glm::degrees(2 * std::atan(0.5 * height))}};
+}
+
+}  // namespace
+
+std::string bake_page(const Bake& bake, const std::string& path, const BakeOptions& options) {
+  if (bake.light.groups.size() > most_lights) {
+    throw Error(
+        ExitCode::usage,
+        fmt::format("{}: a page has room for {} lights, this scene has {}: put some into one "
+                    "\"group\", or leave --per-light out",
+                    path, most_lights, bake.light.groups.size()));
+  }
+  const int voxels = std::min(options.voxels > 0 ? options.voxels : usual_voxels, most_page_voxels);
+  const OneMedium medium = matter_of_bake(bake, voxels, options.threads, false);
+  const Texture density = density_of(bake.light, medium);
+
+  const glm::dvec3 voxel =
+      (density.high - density.low) / glm::dvec3(density.size[0], density.size[1], density.size[2]);
+  // What lets through less than a hundredth is opaque: the bytes are for what is thinner.
+  const double opaque = 5 / std::max({voxel.x, voxel.y, voxel.z});
+  const double most =
+      std::min(double{*std::max_element(density.values.begin(), density.values.end())}, opaque);
+  std::string bytes;
+  bytes.reserve(density.values.size());
+  for (const float x : density.values)
+    bytes += byte(std::lround(255 * std::sqrt(most > 0 ? std::min(double{x} / most, 1.0) : 0.0)));
+
+  const Scene& scene = bake.scene.scene;
+  const PreparedScene prepared = prepare(scene, options.threads);
+  Json data{{"title", std::filesystem::path(bake.scene_path).filename().string()},
+            {"size", density.size},
+            {"box_min", vector(density.low)},
+            {"box_max", vector(density.high)},
+            {"extinction_max", most},
+            {"density", base64(gzip(bytes))},
+            {"albedo", {1, 1, 1}},  // the light has it
+            {"lights", Json::array()},
+            {"background", vector(background(scene))},
+            {"camera", camera(scene)},
+            {"exposure", scene.exposure}};
+  // Of each voxel: cells of the light mix what is black with what is white.
+  const auto albedo_at = [&](glm::dvec3 p) {
+    const glm::dvec3 local = p - scene.medium.box_min;
+    float sum = 0;
+    Vec3f scattering{0, 0, 0};
+    for (const Component<AnyField>& c : prepared.components) {
+      const float sigma_t = c.sigma_t(
+          {static_cast<float>(local.x), static_cast<float>(local.y), static_cast<float>(local.z)});
+      sum += sigma_t;
+      scattering = scattering + sigma_t * c.albedo;
+    }
+    return sum > 0 ? (1.0f / sum) * scattering : Vec3f{0, 0, 0};
+  };
+  for (const BakedGroup& group : bake.light.groups) {
+    const Interpolated fluence(bake.light, group.fluence);
+    std::vector<Vec3f> light(bytes.size(), Vec3f{0, 0, 0});
+    std::size_t n = 0;
+    for (int k = 0; k < density.size[2]; ++k)
+      for (int j = 0; j < density.size[1]; ++j)
+        for (int i = 0; i < density.size[0]; ++i, ++n) {
+          if (bytes[n] == 0) continue;
+          const glm::dvec3 p = density.low + voxel * (glm::dvec3(i, j, k) + 0.5);
+          light[n] = static_cast<float>(0.25 * std::numbers::inv_pi) * albedo_at(p) * fluence.at(p);
+        }
+    data["lights"].push_back(packed_light(group.name.empty() ? "light" : group.name, light));
+  }
+
+  std::string text = data.dump(-1, ' ', false, Json::error_handler_t::replace);
+  for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;)
+    text.replace(at, 1, "\\u003c");  // no end of the element within a name
+  std::string page = look_html;
+  const std::string mark = "/*TYNDALL_DATA*/null";
+  page.replace(page.find(mark), mark.size(), text);
+  return page;
+}
+
+}  // namespace tyndall::io
