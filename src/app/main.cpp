@@ -16,6 +16,8 @@
 #include "app/convert_command.h"
 #include "app/devices.h"
 #include "app/failure.h"
+#include "app/frames_command.h"
+#include "app/manual.h"
 #include "app/memory.h"
 #include "app/merge_command.h"
 #include "app/outputs.h"
@@ -143,6 +145,30 @@ IndexRange read_range(const std::string& option, const std::string& text) {
   return {std::stoull(begin), std::stoull(end)};
 }
 
+/// Reads "A:B" or "A:B:STEP".
+FrameRange read_frames(const std::string& text) {
+  FrameRange range;
+  int* const numbers[] = {&range.first, &range.last, &range.step};
+  const char *at = text.data(), *end = at + text.size();
+  int count = 0;
+  while (count < 3) {
+    const auto [stop, error] = std::from_chars(at, end, *numbers[count]);
+    if (error != std::errc()) break;
+    ++count;
+    at = stop;
+    if (at == end || *at != ':') break;
+    ++at;
+  }
+  if (at != end || count < 2 || range.first < 0 || range.last < range.first || range.step < 1
+      || range.last > 100000000) {
+    throw Error(ExitCode::usage,
+                fmt::format("--frames: expected A:B or A:B:STEP, the first and the last frame, got "
+                            "'{}'",
+                            text));
+  }
+  return range;
+}
+
 /// An option that sets the scene's `key`. CLI11 handles options in the order of their definition,
 /// so these come after -D and win over it.
 void add_override(CLI::App& command, const std::string& flags, const std::string& key,
@@ -243,6 +269,16 @@ int run(int argc, char** argv) {
       ->type_name("FILE");
   render->add_flag("--allow-gaps", arguments.allow_gaps, "... even if photons are missing in it");
 
+  render
+      ->add_option_function<std::string>(
+          "--frames", [&](const std::string& text) { arguments.frames = read_frames(text); },
+          "A sequence: ## in names, {frame} and {t} in the scene and -D are each frame's")
+      ->type_name("A:B[:STEP]");
+  render
+      ->add_option("--turntable", arguments.turntable,
+                   "The camera turns by so many degrees about what it looks at")
+      ->type_name("DEGREES");
+
   MergeArguments merging;
   CLI::App* merge = app.add_subcommand("merge", "Adds up parts of a render, exactly");
   merge->add_option("PART", merging.parts, "Parts (.tyn), in any order")->required()->type_name("");
@@ -320,6 +356,12 @@ int run(int argc, char** argv) {
       ->check(CLI::IsMember({"render", "merge", "bake", "validate", "info", "convert", "devices",
                              "schema", "defaults"}));
 
+  std::string manual_format;
+  help->add_option("--as", manual_format,
+                   "All of it as man (a page), or completions of bash or zsh")
+      ->type_name("FORMAT")
+      ->check(CLI::IsMember({"man", "bash", "zsh"}).description(""));
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
@@ -334,6 +376,10 @@ int run(int argc, char** argv) {
 
   if (app.get_subcommands().empty())
     throw Error(ExitCode::usage, "a command is missing (see `tyndall help`)");
+  if (*render && arguments.turntable != 0 && !arguments.frames)
+    throw Error(ExitCode::usage, "--turntable: wants --frames A:B");
+  if (*render && arguments.frames && is_other_rank()) return 0;
+  if (*render && arguments.frames) return static_cast<int>(frames_command(arguments));
   if (*render) return static_cast<int>(render_command(arguments));
   if (is_other_rank()) return 0;
   if (*bake) return static_cast<int>(bake_command(baking));
@@ -354,7 +400,9 @@ int run(int argc, char** argv) {
   if (*devices) print(list_devices());
   if (*schema) print(io::schema());
   if (*defaults) print(io::defaults());
-  if (*help) {
+  if (*help && !manual_format.empty()) {
+    print(manual(app, manual_format, examples));
+  } else if (*help) {
     app.clear();  // else CLI11 gives the help of `help`
     print(examples + (topic.empty() ? app.help() : app.get_subcommand(topic)->help("tyndall")));
   }

@@ -12,6 +12,11 @@
 
 namespace tyndall::app {
 
+/// Frames first, first + step, ... up to last.
+struct FrameRange {
+  int first = 1, last = 1, step = 1;
+};
+
 struct RenderArguments {
   std::string scene;
   std::vector<std::string>
@@ -32,6 +37,8 @@ struct RenderArguments {
   std::optional<IndexRange> photons, samples;  ///< see RenderOptions
   std::string illumination;                    ///< file whose light the samples read, empty: none
   bool allow_gaps = false;                     ///< in that light
+  std::optional<FrameRange> frames;            ///< see frames_command.h
+  double turntable = 0;                        ///< [degree] that the camera turns in all frames
 };
 
 /// \return done, limit, or 128 and the signal. \throws Error, Stopped where nothing was written.

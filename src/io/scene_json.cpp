@@ -889,11 +889,21 @@ void refuse_other_versions(const Node& root) {
 
 }  // namespace
 
-SceneFile read_scene(const std::string& path, const std::vector<std::string>& overrides) {
-  std::vector<Source> sources{{path, load(path)}};
+SceneFile read_scene(const std::string& path, const std::vector<std::string>& overrides,
+                     const std::function<std::string(const std::string&)>& edit) {
+  const std::string text = load(path);
+  SceneFile file = read_scene_text(path, edit ? edit(text) : text,
+                                   fs::path(path).parent_path().string(), overrides);
+  file.inputs.insert(file.inputs.begin(), path);
+  return file;
+}
+
+SceneFile read_scene_text(const std::string& name, const std::string& text,
+                          const std::string& folder, const std::vector<std::string>& overrides) {
+  std::vector<Source> sources{{name, text}};
   sources.reserve(1 + overrides.size());  // nodes point to them
   Node root = parse(sources[0]);
-  Reader reader(fs::path(path).parent_path());
+  Reader reader(folder);
   for (const std::string& option : overrides) {
     const std::size_t equal = option.find('=');
     const std::string place = option.substr(0, equal);
@@ -931,10 +941,9 @@ SceneFile read_scene(const std::string& path, const std::vector<std::string>& ov
     if (std::none_of(unread.begin(), unread.end(), covers)) errors.push_back(finding(problem));
   }
   if (!errors.empty()) throw_all(std::move(errors));
-  std::vector<std::string> warnings, inputs{path};
+  std::vector<std::string> warnings, inputs = std::move(reader.inputs);
   for (const Finding& warning : reader.warnings) warnings.push_back(warning.text());
   for (const Problem& warning : problems.warnings) warnings.push_back(finding(warning).text());
-  inputs.insert(inputs.end(), reader.inputs.begin(), reader.inputs.end());
   std::vector<LoadedVolume> volumes;
   for (auto& [known, volume] : reader.volumes) volumes.push_back(std::move(volume));
   return {std::move(scene), std::move(warnings), std::move(inputs), std::move(volumes)};

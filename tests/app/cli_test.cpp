@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -537,6 +539,138 @@ TEST_F(CliTest, ListsDevicesAndTakesOne) {
   const Outcome taken = run({"render", "scene.json", "--device", "auto", "--print-hash"});
   EXPECT_EQ(taken.code, 0) << taken.err;
   EXPECT_EQ(taken.out, by_cpu);
+}
+
+// ---- Sequences
+
+TEST_F(CliTest, FramesAreWhatTheyAreAlone) {
+  // Where only the camera moves, the light is shot once; where the seed changes, it is not.
+  const Outcome moving = run({"render", "scene.json", "--frames", "1:3", "-D",
+                              "camera.fov={frame}5", "-o", "f.##.pfm", "--print-hash"});
+  ASSERT_EQ(moving.code, 0) << moving.err;
+  EXPECT_NE(moving.err.find("light    of frame 1"), std::string::npos) << moving.err;
+  const Outcome seeds = run({"render", "scene.json", "--frames", "1:5:2", "-D", "seed={frame}",
+                             "-o", "s.###.pfm", "--print-hash"});
+  ASSERT_EQ(seeds.code, 0) << seeds.err;
+  EXPECT_EQ(seeds.err.find("light    of frame"), std::string::npos) << seeds.err;
+  for (const char* name :
+       {"f.01.pfm", "f.02.pfm", "f.03.pfm", "s.001.pfm", "s.003.pfm", "s.005.pfm"})
+    EXPECT_TRUE(names().contains(name)) << name;
+  const auto alone = [&](const std::string& define) {
+    return run({"render", "scene.json", "-D", define, "-o", "x.pfm", "--print-hash"}).out;
+  };
+  EXPECT_NE(moving.out.find("frame 3 " + alone("camera.fov=35")), std::string::npos) << moving.out;
+  EXPECT_NE(seeds.out.find("frame 5 " + alone("seed=5")), std::string::npos) << seeds.out;
+}
+
+TEST_F(CliTest, ATurntableTurnsTheCamera) {
+  const Outcome turned = run({"render", "scene.json", "--frames", "0:3", "--turntable", "360", "-D",
+                              "camera.position=[0.5,0.5,-2]", "-D", "camera.look_at=[0.5,0.5,0.5]",
+                              "-o", "f.##.pfm", "--print-hash"});
+  ASSERT_EQ(turned.code, 0) << turned.err;
+  const Outcome half = run({"render", "scene.json", "-D", "camera.position=[0.5,0.5,3]", "-D",
+                            "camera.look_at=[0.5,0.5,0.5]", "-o", "x.pfm", "--print-hash"});
+  // The same but for the rounding of the turned position.
+  const std::string a = contents(folder_ / "f.02.pfm"), b = contents(folder_ / "x.pfm");
+  ASSERT_EQ(a.size(), b.size());
+  const std::string first = contents(folder_ / "f.00.pfm");
+  EXPECT_NE(a, first);
+  const auto values = [](const std::string& file) {
+    std::vector<float> v(16 * 16 * 3);
+    std::memcpy(v.data(), file.data() + file.size() - v.size() * sizeof(float),
+                v.size() * sizeof(float));
+    return v;
+  };
+  double difference = 0, sum = 0;
+  for (std::size_t i = 0; i < values(a).size(); ++i) {
+    difference += std::abs(values(a)[i] - values(b)[i]);
+    sum += values(b)[i];
+  }
+  EXPECT_LT(difference, 0.02 * sum) << half.out << turned.out;
+}
+
+TEST_F(CliTest, ASequenceGoesOnWhereItWasStopped) {
+  const std::vector<std::string> line{
+      "render",      "scene.json", "--frames", "1:2", "-o", exr_ ? "f.####.exr" : "f.####.pfm",
+      "--print-hash"};
+  const Outcome first = run(line);
+  ASSERT_EQ(first.code, 0) << first.err;
+  fs::remove(folder_ / (exr_ ? "f.0002.exr" : "f.0002.pfm"));
+  const Outcome again = run(line);
+  EXPECT_EQ(again.code, 0);
+  EXPECT_NE(again.err.find("frame    1 (1 of 2): is there already"), std::string::npos)
+      << again.err;
+  EXPECT_EQ(again.out, first.out.substr(first.out.find("frame 2")));
+  if (exr_) {  // whose header says of what scene it is
+    std::vector<std::string> other = line;
+    other.insert(other.end(), {"-s", "9"});
+    expect_error(other, 2, "f.0001.exr: is there already, of another scene");
+  }
+  std::vector<std::string> endless = line;
+  endless[5] = "g.####.pfm";
+  endless.insert(endless.end(), {"--photons", "100000000000", "--progress", "plain"});
+  const auto before = names();
+  const pid_t child = start(endless);
+  for (int i = 0; i < 5000 && contents(scratch_ / "err").find("photons  ") == std::string::npos;
+       ++i)
+    std::this_thread::sleep_for(2ms);
+  ::kill(child, SIGINT);
+  EXPECT_EQ(wait(child).code, 130);
+  EXPECT_EQ(names(), before);  // what is not whole is no frame
+}
+
+TEST_F(CliTest, RefusesWrongSequences) {
+  for (const char* wrong : {"", "3", "3:1", "1:2:0", "a:b", "1:2:3:4", "-1:2"})
+    expect_error({"render", "scene.json", std::string("--frames=") + wrong, "-o", "f.##.pfm"}, 2,
+                 "--frames");
+  expect_error({"render", "scene.json", "--frames", "1:2", "-o", "f.pfm"}, 2, "frame.####.exr");
+  expect_error({"render", "scene.json", "--frames", "1:2"}, 2, "name the pictures");
+  expect_error({"render", "scene.json", "--turntable", "90"}, 2, "--frames");
+  expect_error(
+      {"render", "scene.json", "--frames", "1:2", "-o", "f.##.pfm", "--checkpoint", "c.tyn"}, 2,
+      "not together");
+}
+
+// ---- Bakes, the manual
+
+TEST_F(CliTest, BakesLight) {
+  const Outcome baked = run({"bake", "scene.json", "-o", "light.json"});
+  ASSERT_EQ(baked.code, 0) << baked.err;
+  EXPECT_GT(fs::file_size(folder_ / "light.raw"), 1000u);
+  EXPECT_NE(contents(folder_ / "light.glsl").find("scattered_light"), std::string::npos);
+  expect_error({"bake", "scene.json"}, 2, "--output");
+  expect_error({"bake", "scene.json", "-o", "light.exr"}, 2, "only ");
+  expect_error({"bake", "scene.json", "-o", "scene.json"}, 2, "the scene itself");
+  expect_error({"bake", "scene.json", "-o", "no/light.json"}, 5, "no");
+  expect_error({"bake", "none.json", "-o", "light.json"}, 4, "none.json");
+}
+
+TEST_F(CliTest, StoppedBakesHaveThePhotonsSoFar) {
+  const pid_t child = start({"bake", "scene.json", "-o", "light.json", "--photons", "100000000000",
+                             "--progress", "plain"});
+  for (int i = 0; i < 5000 && contents(scratch_ / "err").find("photons  ") == std::string::npos;
+       ++i)
+    std::this_thread::sleep_for(2ms);
+  ::kill(child, SIGINT);
+  const Outcome outcome = wait(child);
+  EXPECT_EQ(outcome.code, 130);
+  EXPECT_NE(outcome.err.find("what was written has"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(names().contains("light.raw"));
+}
+
+TEST_F(CliTest, TheManualHasEveryOption) {
+  const std::string help = run({"help", "render"}).out;
+  for (const char* format : {"man", "bash", "zsh"}) {
+    const Outcome outcome = run({"help", "--as", format});
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    for (const char* option : {"--photons", "--frames", "--checkpoint-every", "--per-light"}) {
+      std::string name;
+      for (const char c : std::string(option))
+        name += c == '-' && std::string(format) == "man" ? "\\-" : std::string(1, c);
+      EXPECT_NE(outcome.out.find(name), std::string::npos) << format << " " << option;
+    }
+  }
+  EXPECT_NE(help.find("--frames"), std::string::npos);
 }
 
 }  // namespace

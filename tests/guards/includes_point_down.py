@@ -29,6 +29,7 @@ RANK = {
     "src/mpi": 7,
     "cuda": 7,
     "src/app": 8,
+    "src/python": 9,
     "bench": 8,
 }
 # A backend or a reader: its public headers and its sources are one unit, and no unit knows another.

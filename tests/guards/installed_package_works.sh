@@ -43,6 +43,12 @@ cmake -S "$scratch/user" -B "$scratch/user/build" -DCMAKE_PREFIX_PATH="$prefix" 
 cmake --build "$scratch/user/build" >"$scratch/log" || { cat "$scratch/log" >&2; exit 1; }
 "$scratch/user/build/user"
 
+source=${TYNDALL_SOURCE_DIR:-$(dirname "${BASH_SOURCE[0]}")/../..}
+cmake -S "$source/docs/example" -B "$scratch/example" -DCMAKE_PREFIX_PATH="$prefix" -DCMAKE_CUDA_COMPILER=NOTFOUND \
+  -DCMAKE_CXX_FLAGS=-O1 >"$scratch/log" || { cat "$scratch/log" >&2; exit 1; }
+cmake --build "$scratch/example" >"$scratch/log" || { cat "$scratch/log" >&2; exit 1; }
+"$scratch/example/free_paths" | grep "^100000 photons: 0 through, the others fly 0.131631 on average$"
+
 cat >"$scratch/fog.json" <<'JSON'
 {"tyndall": 1, "medium": {"components": [{"field": {"type": "homogeneous"}, "extinction": 3}]}, "background": 0.2,
  "lights": [{"type": "point", "position": [0.5, 2, 0.5], "power": 10}],

@@ -1,0 +1,271 @@
+#include "app/frames_command.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string_view>
+
+#include <fmt/format.h>
+#include <glm/geometric.hpp>
+
+#include "app/console.h"
+#include "app/devices.h"
+#include "app/memory.h"
+#include "app/outputs.h"
+#include "app/progress.h"
+#include "app/signals.h"
+#include "io/report.h"
+#include "io/scene_json.h"
+#include "render/camera.h"
+#include "tyndall/render/error.h"
+#include "tyndall/render/render.h"
+#if TYNDALL_OPENEXR
+#include "io/exr.h"
+#endif
+
+namespace tyndall::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+[[noreturn]] void usage_error(const std::string& message) { throw Error(ExitCode::usage, message); }
+
+void require_sense(const RenderArguments& a) {
+  const auto refuse = [](bool given, const char* option) {
+    if (given) usage_error(fmt::format("--frames and {}: not together", option));
+  };
+  refuse(!a.checkpoint.empty() || a.resume,
+         "--checkpoint (what is done of a sequence is its frames)");
+  refuse(a.photons.has_value(), "--photon-range");
+  refuse(a.samples.has_value(), "--sample-range");
+  refuse(!a.illumination.empty(), "--illumination");
+  refuse(a.time_limit > 0, "--time-limit");
+  refuse(a.noise > 0, "--noise");
+  if (a.outputs.empty())
+    usage_error("--frames: name the pictures with -o, such as -o frame.####.exr");
+  std::vector<std::string> written = a.outputs;
+  for (const std::string& more : {a.report, a.detectors})
+    if (!more.empty()) written.push_back(more);
+  for (const std::string& path : written)
+    if (of_frame(path, 1, 0) == path)
+      usage_error(
+          fmt::format("{}: has no place for the frame's number, such as frame.####.exr", path));
+}
+
+/// About what it looks at, around its own up.
+void turn(scene::Camera& camera, double degrees) {
+  const glm::dvec3 axis = glm::normalize(camera.up), arm = camera.position - camera.look_at;
+  const double angle = degrees * (3.14159265358979323846 / 180), c = std::cos(angle),
+               s = std::sin(angle);
+  camera.position =
+      camera.look_at + c * arm + s * glm::cross(axis, arm) + (1 - c) * glm::dot(axis, arm) * axis;
+}
+
+class Sequence {
+ public:
+  explicit Sequence(const RenderArguments& arguments)
+      : arguments_(arguments),
+        device_name_(parse_device(arguments.device)),
+        meter_(progress_style(arguments.progress)) {}
+
+  ExitCode run() {
+    const FrameRange& range = *arguments_.frames;
+    for (int frame = range.first; frame <= range.last; frame += range.step)
+      frames_.push_back(frame);
+    // What is wrong with the first or the last is said before hours of work.
+    scene_of(0);
+    scene_of(frames_.size() - 1);
+    catch_signals(5.0);
+    for (std::size_t i = 0; i < frames_.size(); ++i) {
+      if (!render_frame(i)) {
+        say(fmt::format("tyndall: stopped by a signal in frame {}; the same line goes on there\n",
+                        frames_[i]));
+        return static_cast<ExitCode>(128 + caught_signal());
+      }
+      scenes_.erase(i);
+    }
+    return ExitCode::done;
+  }
+
+ private:
+  double share(std::size_t i) const {
+    return static_cast<double>(i) / static_cast<double>(frames_.size());
+  }
+
+  const io::SceneFile& scene_of(std::size_t i) {
+    if (const auto known = scenes_.find(i); known != scenes_.end()) return known->second;
+    std::vector<std::string> overrides = arguments_.overrides;
+    for (std::string& text : overrides) text = of_frame(text, frames_[i], share(i));
+    io::SceneFile file = io::read_scene(arguments_.scene, overrides, [&](const std::string& text) {
+      return of_frame(text, frames_[i], share(i));
+    });
+    if (arguments_.turntable != 0) {
+      if (file.scene.camera.matrix)
+        usage_error("--turntable: turns a camera about its look_at, and this one has a matrix");
+      turn(file.scene.camera, arguments_.turntable * share(i));
+    }
+    return scenes_.emplace(i, std::move(file)).first->second;
+  }
+
+  /// Of all that makes the light: everything but the camera.
+  std::uint64_t light_key(std::size_t i) {
+    Scene scene = scene_of(i).scene;
+    scene.camera = {};
+    return scene_hash(scene);
+  }
+
+  /// \return whether the pictures of a frame are there. \throws Error(usage) where they are of
+  /// another scene
+  bool is_there(const std::vector<std::string>& paths, std::size_t i) {
+    if (!std::all_of(paths.begin(), paths.end(), [](const auto& path) { return fs::exists(path); }))
+      return false;
+#if TYNDALL_OPENEXR
+    for (const std::string& path : paths) {
+      if (fs::path(path).extension() != ".exr") continue;
+      const std::string expected = fmt::format("{:016x}", scene_hash(scene_of(i).scene));
+      for (const auto& [key, value] : io::read_exr(path).provenance)
+        if (key == "tyndall.scene_hash" && value != expected)
+          usage_error(fmt::format(
+              "{}: is there already, of another scene: remove it, or name others", path));
+    }
+#else
+    static_cast<void>(i);
+#endif
+    return true;
+  }
+
+  /// \return false where a signal ended it.
+  bool render_frame(std::size_t i) {
+    const int frame = frames_[i];
+    const auto numbered = [&](const std::string& path) { return of_frame(path, frame, share(i)); };
+    Outputs outputs;
+    for (const std::string& path : arguments_.outputs) outputs.add(numbered(path));
+    if (!arguments_.report.empty())
+      outputs.add(numbered(arguments_.report), [](const io::Run& run, io::OutputFile& file) {
+        file.write(io::report_json(run));
+      });
+    outputs.refuse_repeats();
+    const std::string title = fmt::format("frame    {} ({} of {})", frame, i + 1, frames_.size());
+    if (is_there(outputs.paths(), i)) {
+      say(title + ": is there already\n");
+      return true;
+    }
+    say(title + "\n");
+    const io::SceneFile& file = scene_of(i);
+    refuse_inputs(file.inputs, outputs.paths());
+    for (const std::string& warning : file.warnings)
+      if (i == 0) warn(warning);
+    if (const std::string shortage = memory_shortage(file.scene); !shortage.empty())
+      throw Error(ExitCode::out_of_memory, shortage);
+    outputs.open();
+    if (!device_.backend) device_ = open_device(device_name_, arguments_.threads);
+
+    const std::uint64_t key = light_key(i);
+    const bool is_shared =
+        (light_ && light_key_ == key) || (i + 1 < frames_.size() && light_key(i + 1) == key);
+    if (!is_shared) light_.reset();
+    if (is_shared && !(light_ && light_key_ == key)) {
+      if (!shoot(file.scene, frame)) return false;
+      light_key_ = key;
+    } else if (is_shared) {
+      say(fmt::format("light    of frame {}, {:.2f} s saved\n", light_frame_, light_seconds_));
+    }
+    Renderer renderer(file.scene, *device_.backend, options());
+    if (light_) {
+      Partial light = *light_;
+      light.frame = renderer.part().frame;
+      renderer.resume(std::move(light), "the light of another frame");
+    }
+    const bool is_done = renderer.run();
+    meter_.clear();
+    if (!is_done) return false;
+    RenderResult result = renderer.result();
+    result.picture.provenance = io::provenance(result);
+    const io::Run run{renderer.part(), result, arguments_.scene, device_.name, file.volumes};
+    say(io::report_lines(run));
+    outputs.write(run);
+    if (arguments_.print_hash) {
+      print(fmt::format("frame {} tallies {:016x} pixels {:016x}\n", frame, result.hashes.tallies,
+                        result.hashes.pixels));
+    }
+    return caught_signal() == 0 || i + 1 == frames_.size();
+  }
+
+  /// The light of all frames of the scene. \return false where a signal ended it.
+  bool shoot(const Scene& scene, int frame) {
+    light_.reset();
+    light_frame_ = frame;
+    RenderOptions all = options();
+    all.photons = IndexRange{0, scene.photons};
+    all.measures_matter = true;
+    Renderer renderer(scene, *device_.backend, all);
+    const bool is_done = renderer.run();
+    meter_.clear();
+    if (!is_done) return false;
+    const PassSeconds& seconds = renderer.result().seconds;
+    light_seconds_ = seconds.photons + seconds.matter;
+    light_ = renderer.part();
+    return true;
+  }
+
+  RenderOptions options() {
+    RenderOptions options;
+    options.batch = arguments_.batch;
+    options.progress = [this](const Progress& progress) {
+      ends_in_order_ = std::string_view(progress.pass) != "bounds";
+      meter_.show(progress);
+    };
+    options.stop = [this] { return !ends_in_order_ && caught_signal() != 0; };
+    options.pause = [] { return caught_signal() != 0; };
+    options.go_on = [](Renderer&, Moment) { return caught_signal() == 0; };
+    return options;
+  }
+
+  const RenderArguments& arguments_;
+  const DeviceName device_name_;
+  Device device_;
+  ProgressMeter meter_;
+  std::atomic<bool> ends_in_order_ = false;
+  std::vector<int> frames_;
+  std::map<std::size_t, io::SceneFile> scenes_;  // that were read and are still to be rendered
+  std::optional<Partial> light_;                 // of the frames that share it
+  std::uint64_t light_key_ = 0;
+  int light_frame_ = 0;
+  double light_seconds_ = 0;
+};
+
+}  // namespace
+
+std::string of_frame(const std::string& text, int frame, double t) {
+  std::string out;
+  for (std::size_t at = 0; at < text.size();) {
+    const auto starts = [&](std::string_view word) {
+      return text.compare(at, word.size(), word) == 0;
+    };
+    std::size_t run = 0;
+    while (at + run < text.size() && text[at + run] == '#') ++run;
+    if (run >= 2) {
+      out += fmt::format("{:0{}}", frame, run);
+      at += run;
+    } else if (starts("{frame}")) {
+      out += std::to_string(frame);
+      at += 7;
+    } else if (starts("{t}")) {
+      out += fmt::format("{}", t);
+      at += 3;
+    } else {
+      out += text[at++];
+    }
+  }
+  return out;
+}
+
+ExitCode frames_command(const RenderArguments& arguments) {
+  require_sense(arguments);
+  return Sequence(arguments).run();
+}
+
+}  // namespace tyndall::app

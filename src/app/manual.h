@@ -1,0 +1,16 @@
+/// \file
+/// The table of commands and options as a man page and as completions of shells.
+#pragma once
+
+#include <string>
+
+namespace CLI {
+class App;
+}
+
+namespace tyndall::app {
+
+/// \param format "man" (roff, section 1), "bash" or "zsh"
+std::string manual(const CLI::App& app, const std::string& format, const std::string& examples);
+
+}  // namespace tyndall::app

@@ -1,0 +1,98 @@
+"""The Python package gives what the command line gives. Run by tests/python/run.sh."""
+import json
+import os
+import subprocess
+import tempfile
+import unittest
+
+import numpy
+import tyndall
+
+ROOT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../..")
+BINARY = os.environ.get("TYNDALL_BINARY", os.path.join(ROOT, "build/release/tyndall"))
+
+
+def ball(n=24):
+    x = (numpy.arange(n) + 0.5) / n * 2 - 1
+    r = numpy.sqrt(x[:, None, None] ** 2 + x[None, :, None] ** 2 + x[None, None, :] ** 2)
+    return numpy.clip(1 - r, 0, 1).astype(numpy.float32)
+
+
+def scene(values):
+    return {"tyndall": 1,
+            "medium": {"components": [{"field": {"type": "grid", "values": values}, "extinction": 20, "albedo": 0.9}]},
+            "lights": [{"type": "directional", "direction": [1, -1, 0.5], "irradiance": [3, 2, 1]},
+                       {"type": "environment", "radiance": 0.25}],
+            "camera": {"position": [0.5, 0.5, -2], "look_at": [0.5, 0.5, 0.5], "fov": 40, "resolution": [32, 24]},
+            "photons": {"count": 40000, "illumination": {"resolution": 16}}, "gather": {"samples": 8}}
+
+
+class Package(unittest.TestCase):
+    def test_has_the_hashes_of_the_command_line(self):
+        values = ball()
+        with tempfile.TemporaryDirectory() as folder:
+            values.tofile(os.path.join(folder, "ball.raw"))
+            written = scene(values)
+            written["medium"]["components"][0]["field"] = {"type": "grid", "file": "ball.raw", "size": [24, 24, 24]}
+            path = os.path.join(folder, "scene.json")
+            with open(path, "w") as file:
+                json.dump(written, file)
+            said = subprocess.run([BINARY, "render", path, "--print-hash", "-o", os.path.join(folder, "x.pfm")],
+                                  check=True, capture_output=True, text=True).stdout.split()
+            from_file = tyndall.render(path, threads=1)
+        from_array = tyndall.render(scene(values))
+        for result in (from_file, from_array):
+            self.assertEqual([result.tallies, result.pixels], [said[1], said[3]])
+
+    def test_axes_of_arrays(self):
+        values = numpy.zeros((4, 6, 8), numpy.float32)
+        values[3, :, :] = 1  # [nz][ny][nx]: a layer at the far end of z
+        light = tyndall.bake(scene(values), {"photons.illumination.resolution": 8})
+        where = numpy.argwhere(light.albedo[..., 0] > 0)
+        self.assertGreaterEqual(where[:, 0].min(), 3)
+        self.assertEqual(where[:, 2].min(), 0)
+
+    def test_pictures_and_layers(self):
+        result = tyndall.render(scene(ball()))
+        self.assertEqual(result.picture.shape, (24, 32, 4))
+        self.assertEqual(result.picture.dtype, numpy.float32)
+        self.assertEqual(result.layers["variance"].shape[:2], (24, 32))
+        self.assertGreater(result.picture[12, 16, 3], 0.9)
+        self.assertAlmostEqual(float(result.picture[0, 0, 0]), 0.25, places=5)
+        self.assertEqual(result.facts["tyndall.ledger.count.shot"], "40000")
+
+    def test_baked_lights_add_up(self):
+        together, apart = tyndall.bake(scene(ball())), tyndall.bake(scene(ball()), per_light=True, order=0)
+        self.assertEqual(set(apart.fluence), {"directional_0", "environment_1"})
+        self.assertEqual(apart.slope, {})
+        numpy.testing.assert_allclose(sum(apart.fluence.values()), together.fluence["all"], rtol=1e-4, atol=1e-5)
+        self.assertEqual(together.relative_error.shape, (16, 16, 16))
+
+    def test_errors_are_those_of_the_command_line(self):
+        wrong = scene(ball())
+        wrong["camera"]["fov"] = 900
+        with self.assertRaises(tyndall.Error) as caught:
+            tyndall.validate(wrong)
+        self.assertEqual(caught.exception.code, 3)
+        self.assertIn("camera.fov: expected degrees in (0, 180), got 900", str(caught.exception))
+        with self.assertRaises(tyndall.Error) as caught:
+            tyndall.render("nothing.json")
+        self.assertEqual(caught.exception.code, 4)
+        with self.assertRaises(tyndall.Error):
+            tyndall.render(scene(numpy.zeros((4, 4))))
+        with self.assertRaises(tyndall.Error) as caught:
+            tyndall.render(scene(ball()), device="cuda:99")
+        self.assertEqual(caught.exception.code, 7)
+
+    def test_progress_can_stop(self):
+        seen = []
+        tyndall.render(scene(ball()), progress=lambda name, share: seen.append((name, share)))
+        self.assertEqual(seen[-1], ("pixels", 1.0))
+        with self.assertRaises(KeyboardInterrupt):
+            tyndall.render(scene(ball()), {"photons.count": 10 ** 10}, progress=lambda name, share: name != "photons")
+        with self.assertRaises(ZeroDivisionError):
+            tyndall.render(scene(ball()), progress=lambda name, share: 1 / 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
