@@ -44,6 +44,8 @@ void require_sense(const RenderArguments& a) {
   refuse(!a.illumination.empty(), "--illumination");
   refuse(a.time_limit > 0, "--time-limit");
   refuse(a.noise > 0, "--noise");
+  refuse(!a.display.empty(), "--display");
+  refuse(!a.preview.empty(), "--preview");
   if (a.outputs.empty())
     usage_error("--frames: name the pictures with -o, such as -o frame.####.exr");
   std::vector<std::string> written = a.outputs;

@@ -270,6 +270,17 @@ int run(int argc, char** argv) {
   render->add_flag("--allow-gaps", arguments.allow_gaps, "... even if photons are missing in it");
 
   render
+      ->add_option("--display", arguments.display,
+                   "Shows the picture while it is made in the viewer tev")
+      ->type_name("HOST:PORT");
+  render
+      ->add_option("--preview", arguments.preview,
+                   "Writes the picture while it is made, again and again")
+      ->type_name("FILE");
+  render->add_option("--every", arguments.preview_every, "How often (5s)")
+      ->type_name("TIME")
+      ->transform(duration(false));
+  render
       ->add_option_function<std::string>(
           "--frames", [&](const std::string& text) { arguments.frames = read_frames(text); },
           "A sequence: ## in names, {frame} and {t} in the scene and -D are each frame's")

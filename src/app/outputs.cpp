@@ -112,7 +112,7 @@ void Outputs::open() {
   for (Output& output : outputs_) output.file.emplace(output.path);
 }
 
-void Outputs::write(const io::Run& run) {
+void Outputs::write(const io::Run& run, bool says) {
   std::string failures;
   for (Output& output : outputs_) {
     try {
@@ -120,7 +120,7 @@ void Outputs::write(const io::Run& run) {
       if (!output.file || !output.file->is_there()) output.file.emplace(output.path);
       output.writer(run, *output.file);
       output.file->commit();
-      say(fmt::format("written  {}\n", output.path));
+      if (says) say(fmt::format("written  {}\n", output.path));
     } catch (const Error& error) {
       failures += (failures.empty() ? "" : "\n") + std::string(error.what());
     }

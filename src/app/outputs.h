@@ -27,7 +27,7 @@ class Outputs {
   void open();
   /// Writes every output that can be written, and fails afterwards where one could not: the others
   /// may hold hours of work. May be called again. \throws Error(output_failed)
-  void write(const io::Run& run);
+  void write(const io::Run& run, bool says = true);
 
  private:
   struct Output {

@@ -20,6 +20,7 @@
 #include "app/console.h"
 #include "app/devices.h"
 #include "app/failure.h"
+#include "app/live.h"
 #include "app/memory.h"
 #include "app/merge_command.h"
 #include "app/outputs.h"
@@ -71,7 +72,10 @@ void refuse_ranges_beyond(const Scene& scene, const RenderArguments& arguments) 
 class Watch {
  public:
   Watch(const RenderArguments& arguments, const std::function<void(RenderResult&)>& show)
-      : arguments_(arguments), show_(show), meter_(progress_style(arguments.progress)) {}
+      : arguments_(arguments), show_(show), meter_(progress_style(arguments.progress)) {
+    if (!arguments.display.empty())
+      display_.emplace(arguments.display, fs::path(arguments.scene).filename().string());
+  }
 
   RenderOptions options() {
     RenderOptions options;
@@ -108,6 +112,11 @@ class Watch {
 
   void clear() { meter_.clear(); }
 
+  /// To those who look on.
+  void show_live(const RenderResult& result) {
+    if (display_) display_->show(result.picture);
+  }
+
  private:
   using Clock = std::chrono::steady_clock;
 
@@ -124,6 +133,7 @@ class Watch {
         warn(error.what());  // the work is not lost by it
       }
     }
+    if (renderer.has_picture()) look(renderer);
     if (moment == Moment::replicate && arguments_.noise > 0
         && relative_noise(renderer.part()) <= arguments_.noise)
       return false;
@@ -140,8 +150,42 @@ class Watch {
     return true;
   }
 
+  /// Shows and writes what is there now and then. It may take a twentieth of the time.
+  void look(Renderer& renderer) {
+    if (!display_ && arguments_.preview.empty()) return;
+    const auto start = Clock::now();
+    const bool displays = display_ && start >= display_next_;
+    const bool writes = !arguments_.preview.empty() && start >= preview_next_;
+    if (!displays && !writes) return;
+    const RenderResult result = renderer.result();
+    if (displays) display_->show(result.picture);
+    if (writes) write_preview(renderer, result);
+    const auto next = [&](double every) {
+      const double took = std::chrono::duration<double>(Clock::now() - start).count();
+      return Clock::now()
+             + std::chrono::duration_cast<Clock::duration>(
+                 std::chrono::duration<double>(std::max(every, 20 * took)));
+    };
+    if (displays) display_next_ = next(1);
+    if (writes) preview_next_ = next(arguments_.preview_every);
+  }
+
+  void write_preview(Renderer& renderer, const RenderResult& result) {
+    try {
+      Outputs outputs;
+      outputs.add(arguments_.preview);
+      outputs.open();
+      outputs.write({renderer.part(), result, arguments_.scene, "", {}}, false);
+    } catch (const Error& error) {
+      meter_.clear();
+      warn(fmt::format("{} (the render goes on)", error.what()));
+    }
+  }
+
   const RenderArguments& arguments_;
   const std::function<void(RenderResult&)> show_;
+  std::optional<Display> display_;
+  std::chrono::steady_clock::time_point display_next_{}, preview_next_{};
   ProgressMeter meter_;
   std::atomic<bool> ends_in_order_ = false;
   Clock::time_point written_ = Clock::now();
@@ -241,7 +285,9 @@ int threads_of_rank(const RenderArguments& arguments, const Communicator& ranks)
 /// Ranks on one machine share its CUDA devices.
 DeviceName device_of_rank(const RenderArguments& arguments, const Communicator& ranks) {
   DeviceName device = parse_device(arguments.device);
-  if (arguments.device == "cuda")
+  if (device.kind == DeviceName::Kind::automatic && cuda_device_count() > 0)
+    device.kind = DeviceName::Kind::cuda;
+  if (device.kind == DeviceName::Kind::cuda && device.index == DeviceName::all)
     device.index = ranks.local_rank() % std::max(1, cuda_device_count());
   return device;
 }
@@ -279,12 +325,20 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
     });
   }
   outputs.refuse_repeats(arguments.checkpoint);
+  if (!arguments.preview.empty()) {
+    Outputs preview = {};
+    preview.add(arguments.preview);  // of a format that this build writes
+    if (is_part(arguments.preview)) usage_error("--preview: a picture, not a part");
+    for (const std::string& path : outputs.paths())
+      if (path == arguments.preview) usage_error(fmt::format("{}: is asked for twice", path));
+  }
 
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
   const Scene& scene = file.scene;
   std::vector<std::string> inputs = file.inputs, written = outputs.paths();
   if (!arguments.illumination.empty()) inputs.push_back(arguments.illumination);
   if (!arguments.checkpoint.empty()) written.push_back(arguments.checkpoint);
+  if (!arguments.preview.empty()) written.push_back(arguments.preview);
   refuse_inputs(inputs, written);
   for (const std::string& warning : file.warnings) warn(warning);
   if (!arguments.detectors.empty() && !detects(scene)) {
@@ -367,6 +421,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   }
   RenderResult result = shows ? renderer->result() : renderer->preview(preview_seconds);
   write(result);
+  watch.show_live(result);
   if (arguments.print_hash) {
     print(fmt::format("tallies {:016x} pixels {:016x}\n", result.hashes.tallies,
                       result.hashes.pixels));

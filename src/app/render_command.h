@@ -37,6 +37,9 @@ struct RenderArguments {
   std::optional<IndexRange> photons, samples;  ///< see RenderOptions
   std::string illumination;                    ///< file whose light the samples read, empty: none
   bool allow_gaps = false;                     ///< in that light
+  std::string display;                         ///< HOST:PORT of a viewer, empty: none
+  std::string preview;                         ///< file, empty: none
+  double preview_every = 5;                    ///< [s]
   std::optional<FrameRange> frames;            ///< see frames_command.h
   double turntable = 0;                        ///< [degree] that the camera turns in all frames
 };
