@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cstring>
 #include <exception>
+#include <fstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <OpenImageIO/filesystem.h>
@@ -27,11 +29,36 @@ std::vector<unsigned char> encode(int width, int height, const unsigned char* rg
   return bytes;
 }
 
+/// \return OpenImageIO's name of a file's format, by how it begins; empty for what no sky is kept
+/// in. OpenImageIO itself would try dozens of readers one after the other, medical ones among them.
+std::string format_of(const char* path) {
+  std::string head(10, '\0');
+  head.resize(std::ifstream(path, std::ios::binary).read(head.data(), 10).gcount());
+  const struct {
+    std::string_view begins;
+    const char* format;
+  } formats[] = {{"\x76\x2f\x31\x01", "openexr"},
+                 {"#?RADIANCE", "hdr"},
+                 {"#?RGBE", "hdr"},
+                 {"\x89PNG", "png"},
+                 {"\xff\xd8\xff", "jpeg"},
+                 {{"II*\0", 4}, "tiff"},
+                 {{"MM\0*", 4}, "tiff"},
+                 {"PF", "pnm"},
+                 {"Pf", "pnm"}};
+  for (const auto& [begins, format] : formats)
+    if (head.compare(0, begins.size(), begins) == 0) return format;
+  return "";
+}
+
 /// \return the problem, empty for none.
 std::string read(const char* path, TyndallRoom* room, void* user, int& on_curve) {
-  const auto input = OIIO::ImageInput::open(path);
+  const std::string format = format_of(path);
+  if (format.empty()) return "of another format than .exr, .hdr, .png, .jpg, .tif or .pfm";
+  const auto input = OIIO::ImageInput::create(format);
   if (!input) return OIIO::geterror();
-  const OIIO::ImageSpec spec = input->spec();
+  OIIO::ImageSpec spec;
+  if (!input->open(path, spec)) return input->geterror();
   constexpr long long most = 1 << 28;
   if (spec.deep || spec.depth > 1 || spec.width < 1 || spec.height < 1 || spec.nchannels < 1)
     return "not a flat image";
