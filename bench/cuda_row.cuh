@@ -35,14 +35,18 @@ class CudaRow final : public Row {
     AnyMedium copy = scene_.medium;
     std::visit([&](auto& medium) { medium.relocate(to_device); }, copy);
     const auto shoot = [&]<class Medium>(const Medium& medium) {
-      run_pass(ShootPass<Medium, Sampler>{medium,
-                                          sampler_,
-                                          lights,
-                                          scene_.seed,
-                                          {cells_, sums.data()},
-                                          {accounts.data(), account_count},
-                                          {}},
-               {begin, begin + count}, {});
+      const ShootPass<Medium, Sampler> pass{medium,
+                                            sampler_,
+                                            lights,
+                                            scene_.seed,
+                                            {cells_, sums.data()},
+                                            {accounts.data(), account_count},
+                                            {}};
+      const IndexRange range{begin, begin + count};
+      if constexpr (has_lanes<ShootPass<Medium, Sampler>>)
+        run_pass(pass, range, {});
+      else
+        run_by_indices(pass, range, {}, 1, pace_);
     };
     Sample sample;
     sample.photons = count;
@@ -63,6 +67,7 @@ class CudaRow final : public Row {
   Sampler sampler_;
   IlluminationCells cells_ = scene_.cells;
   std::vector<std::int64_t> sums_;
+  Pace pace_{1 << 14};  // kept from run to run: launches are as large as they may be
 };
 
 }  // namespace tyndall::bench

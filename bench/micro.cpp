@@ -98,7 +98,7 @@ void noise_12_octaves(benchmark::State& state) {
 /// A cloud of the tables at 4096^3 with the super-voxels of `render`, and tentative collisions in
 /// it that the bounds do not decide.
 struct Cloud {
-  explicit Cloud(const char* name) : scene(prepare_case({1, name, 12, 16}, 32, thread_count(0))) {
+  explicit Cloud(const char* name) : scene(prepare_case({1, name, 12, 16}, 0, thread_count(0))) {
     const float extinction = medium.single.extinction;
     for (std::uint64_t i = 0; at.size() < inputs; ++i) {
       const RandomBlock r = RandomStream{seed, i, Domain::photon}.block(0, Purpose::walk);

@@ -17,14 +17,21 @@
 namespace tyndall {
 namespace {
 
+/// Why there is no device. Without any driver the runtime complains about the driver's version.
+std::string problem(cudaError_t status) {
+  int driver = 0;
+  if (cudaDriverGetVersion(&driver) == cudaSuccess && driver == 0) return "no NVIDIA driver";
+  return cudaGetErrorString(status);
+}
+
 class CudaBackend final : public Backend {
  public:
   explicit CudaBackend(int device) : device_(device) {
     int count = 0;
     const cudaError_t status = cudaGetDeviceCount(&count);
     if (status != cudaSuccess) {
-      throw Error(ExitCode::device, std::string("no usable CUDA device (")
-                                        + cudaGetErrorString(status) + "); use --device cpu");
+      throw Error(ExitCode::device,
+                  "no usable CUDA device (" + problem(status) + "); use --device cpu");
     }
     if (device < 0 || device >= count) {
       throw Error(ExitCode::device, "no CUDA device " + std::to_string(device)
@@ -35,6 +42,7 @@ class CudaBackend final : public Backend {
     cudaDeviceProp properties;
     require(cudaGetDeviceProperties(&properties, device), "asking for the device's properties");
     name_ = std::string("cuda, ") + properties.name;
+    require_kernels();
   }
 
   std::string name() const override { return name_; }
@@ -60,8 +68,11 @@ class CudaBackend final : public Backend {
     direct_lights_ = {arrays_.keep(direct.data(), direct.size()), static_cast<int>(direct.size())};
     const std::vector<std::uint32_t>& bright = scene.bright_pixels;
     bright_pixels_ = bright.empty() ? nullptr : arrays_.keep(bright.data(), bright.size());
-    illumination_ =
-        Buffer<std::int64_t>(scene.cells.count() * static_cast<std::size_t>(scene.cells.moments()));
+    const std::size_t words = scene.cells.count() * static_cast<std::size_t>(scene.cells.moments());
+    illumination_ = Buffer<std::int64_t>(words);
+    // Now, not once the photons are shot: too little memory is found out before.
+    numerator_ = Buffer<float>(scene.has_grid ? words : 0);
+    denominator_ = Buffer<float>(scene.has_grid ? scene.cells.count() : 0);
     matter_ = Buffer<std::int64_t>(scene.cells.count());
     detectors_ = Buffer<std::int64_t>(3 * scene.detectors.count());
     depth_ = Buffer<float>(scene.pixels());
@@ -118,8 +129,8 @@ class CudaBackend final : public Backend {
   void illuminate(const std::vector<float>& numerator,
                   const std::vector<float>& denominator) override {
     select();
-    numerator_ = Buffer<float>(numerator.data(), numerator.size());
-    denominator_ = Buffer<float>(denominator.data(), denominator.size());
+    if (!numerator.empty()) numerator_.write(numerator.data());
+    if (!denominator.empty()) denominator_.write(denominator.data());
     field_ = {scene_->cells, numerator.empty() ? nullptr : numerator_.data(), denominator_.data()};
   }
 
@@ -187,7 +198,7 @@ CudaDevices cuda_devices() {
   CudaDevices devices;
   int count = 0;
   if (const cudaError_t status = cudaGetDeviceCount(&count); status != cudaSuccess) {
-    devices.problem = cudaGetErrorString(status);
+    devices.problem = problem(status);
     return devices;
   }
   for (int device = 0; device < count; ++device) {

@@ -43,16 +43,21 @@ class Buffer {
 
   T* data() const { return static_cast<T*>(data_.get()); }
   std::size_t size() const { return count_; }
-  void clear() { require(cudaMemset(data_.get(), 0, bytes()), "clearing device memory"); }
+  void clear() {
+    if (count_ == 0) return;
+    require(cudaMemset(data_.get(), 0, bytes()), "clearing device memory");
+  }
 
   /// \param host [size()]
   void write(const T* host) {
+    if (count_ == 0) return;
     require(cudaMemcpy(data_.get(), host, bytes(), cudaMemcpyHostToDevice),
             "copying to the device");
   }
   /// Waits for the kernels before it.
   std::vector<T> read() const {
     std::vector<T> host(count_);
+    if (count_ == 0) return host;
     require(cudaMemcpy(host.data(), data_.get(), bytes(), cudaMemcpyDeviceToHost),
             "copying from the device");
     return host;

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <type_traits>
 
 #include "device.h"
 #include "run_pass.h"
@@ -71,10 +72,16 @@ class WarpLane {
   bool is_empty_ = false;
 };
 
-/// Blocks of a multiprocessor at the same time: that many leave all the registers that lanes ask
-/// for.
+template <class Medium>
+inline constexpr bool is_plain =
+    !std::is_same_v<Medium, MixedMedium> && !std::is_same_v<Medium, SingleMedium<SparseGrid>>;
+
+/// Blocks of a multiprocessor at the same time: as many as leave lanes the registers that they ask
+/// for, so that none has a stack (tests/guards/cuda.sh).
 template <class Pass>
-inline constexpr int blocks_at_once = sizeof(typename Pass::State) > 64 ? 2 : 3;
+inline constexpr int blocks_at_once = sizeof(typename Pass::State) > 64  ? 2
+                                      : is_plain<decltype(Pass::medium)> ? 4
+                                                                         : 3;
 
 /// Lanes that take a new path when theirs ends, for a number of turns; `kept` is what they are in
 /// the midst of.
@@ -164,8 +171,7 @@ std::uint64_t run_by_lanes(const Pass& pass, IndexRange range, const Interrupts&
 /// Everything else: index by index.
 template <class Pass>
 std::uint64_t run_by_indices(const Pass& pass, IndexRange range, const Interrupts& interrupts,
-                             std::uint64_t together) {
-  Pace indices(1 << 14);
+                             std::uint64_t together, Pace& indices) {
   std::uint64_t begin = range.begin;
   while (begin < range.end && !(interrupts.pause && interrupts.pause())) {
     stop_if(interrupts.stop);
@@ -186,8 +192,10 @@ std::uint64_t run_pass(const Pass& pass, IndexRange range, const Interrupts& int
   if (range.begin >= range.end) return range.end;
   if constexpr (has_lanes<Pass>)
     return run_by_lanes(pass, range, interrupts, together);
-  else
-    return run_by_indices(pass, range, interrupts, together);
+  else {
+    Pace indices(1 << 14);
+    return run_by_indices(pass, range, interrupts, together, indices);
+  }
 }
 
 }  // namespace tyndall

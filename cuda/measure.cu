@@ -14,4 +14,10 @@ TYNDALL_INSTANTIATE(SingleMedium<DenseGrid>);
 TYNDALL_INSTANTIATE(SingleMedium<SparseGrid>);
 TYNDALL_INSTANTIATE(MixedMedium);
 
+void require_kernels() {
+  cudaFuncAttributes attributes;
+  require(cudaFuncGetAttributes(&attributes, run_indices<DepthPass<SingleMedium<Solid>>>),
+          "looking for code for this device (CMAKE_CUDA_ARCHITECTURES)");
+}
+
 }  // namespace tyndall

@@ -22,4 +22,7 @@ template <class Pass>
 std::uint64_t run_pass(const Pass& pass, IndexRange range, const Interrupts& interrupts,
                        std::uint64_t together = 1);
 
+/// \throws Error(device) where this build has no code for the current device
+void require_kernels();
+
 }  // namespace tyndall

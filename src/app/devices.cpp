@@ -32,8 +32,13 @@ Device cuda(int index) {
   std::vector<int> indices;
   const int count = std::max(1, cuda_device_count());  // without one: the error of the first
   for (int i = 0; i < count; ++i) {
-    backends.push_back(make_cuda_backend(i));
-    indices.push_back(i);
+    try {
+      backends.push_back(make_cuda_backend(i));
+      indices.push_back(i);
+    } catch (const Error& error) {
+      if (i + 1 == count && backends.empty()) throw;
+      warn(fmt::format("cuda:{} is left out: {}", i, error.what()));
+    }
   }
   return {make_combined_backend(std::move(backends)),
           fmt::format("cuda:{}", fmt::join(indices, "+"))};
@@ -59,17 +64,23 @@ Device open_device(const DeviceName& name, int threads, const std::string& why_n
   if (name.kind == DeviceName::Kind::cpu) return cpu(threads);
   if (name.kind == DeviceName::Kind::cuda) return cuda(name.index);
   std::string problem = why_not_automatic;
+#if TYNDALL_CUDA
   if (problem.empty()) {
-    const CudaDevices devices = known_cuda_devices();
-    if (devices.names.empty()) return cpu(threads);  // nothing to be surprised at
     try {
-      Device device = cuda(DeviceName::all);
-      say(fmt::format("device   {}\n", device.backend->name()));
-      return device;
+      const CudaDevices devices = known_cuda_devices();
+      if (!devices.names.empty()) {
+        Device device = cuda(DeviceName::all);
+        say(fmt::format("device   {}\n", device.backend->name()));
+        return device;
+      }
+      problem = devices.problem;
     } catch (const Error& error) {
       problem = error.what();
     }
   }
+#else
+  if (problem.empty()) return cpu(threads);  // there is no other
+#endif
   Device device = cpu(threads);
   say(fmt::format("device   {}, for want of another: {}\n", device.backend->name(), problem));
   return device;

@@ -624,7 +624,9 @@ Kind<V> variant(const std::vector<Case<V>>& cases) {
           usual->kind.read(reader, node, value);
         } else if (!type) {
           reader.within("type", [&] { reader.error(node, "missing; expected " + expected); });
-        } else if (const auto found = std::find(names.begin(), names.end(), type->value);
+        } else if (const auto found =
+                       std::find_if(names.begin(), names.end(),
+                                    [&](const auto& n) { return type->value == Json(n); });
                    found != names.end()) {
           cases[static_cast<std::size_t>(found - names.begin())].kind.read(reader, node, value);
         } else {
