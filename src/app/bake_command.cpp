@@ -31,7 +31,7 @@ ExitCode bake_command(const BakeArguments& arguments) {
   refuse_inputs(file.inputs, arguments.outputs);
   for (const std::string& warning : file.warnings) warn(warning);
   const Scene scene = scene_to_bake(file.scene, arguments.order > 0, arguments.per_light);
-  if (const std::string shortage = memory_shortage(scene); !shortage.empty())
+  if (const std::string shortage = memory_shortage(scene, most_replicates); !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
   const Device device = open_device(device_name, arguments.threads);
 

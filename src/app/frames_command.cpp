@@ -167,7 +167,8 @@ class Sequence {
 
     const std::uint64_t key = light_key(i);
     const bool is_shared =
-        (light_ && light_key_ == key) || (i + 1 < frames_.size() && light_key(i + 1) == key);
+        ((light_ && light_key_ == key) || (i + 1 < frames_.size() && light_key(i + 1) == key))
+        && memory_shortage(file.scene, 2 * most_replicates).empty();
     if (!is_shared) light_.reset();
     if (is_shared && !(light_ && light_key_ == key)) {
       if (!shoot(file.scene, frame)) return false;

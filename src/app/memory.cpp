@@ -55,8 +55,13 @@ std::uint64_t address_space() {
 
 std::uint64_t available_memory() { return std::min({machine(), control_group(), address_space()}); }
 
-std::string memory_shortage(const Scene& scene) {
-  const std::uint64_t needed = memory_needed(scene), available = available_memory();
+std::string memory_shortage(const Scene& scene, int lights) {
+  std::uint64_t light = 3 * sizeof(std::int64_t);
+  for (const int n : stored_illumination_resolution(scene)) light *= static_cast<std::uint64_t>(n);
+  const auto side = static_cast<std::uint64_t>(stored_illumination_order(scene) + 1);
+  const std::uint64_t needed =
+      memory_needed(scene) + static_cast<std::uint64_t>(lights - 1) * light * side * side;
+  const std::uint64_t available = available_memory();
   if (needed <= available) return "";
   constexpr double gibibyte = 1024.0 * 1024.0 * 1024.0;
   return fmt::format(

@@ -13,7 +13,7 @@ namespace tyndall::app {
 std::uint64_t available_memory();
 
 /// \return what to say of a scene that needs more memory than that; empty if there is
-/// enough.
-std::string memory_shortage(const Scene& scene);
+/// enough. \param lights replicates whose light is kept at the same time
+std::string memory_shortage(const Scene& scene, int lights = 1);
 
 }  // namespace tyndall::app
