@@ -258,8 +258,8 @@ void deposit(benchmark::State& state, int order, int channels) {
 // ---- The scheduler of the GPU's lanes, in an emulated warp
 
 /// Photons through a cloud. What is told is not the time, but how often the warp has to do each
-/// piece of work for a photon, and for what share of its lanes: with the instructions of a piece,
-/// that is what a GPU would issue.
+/// piece of work for a photon, and for what share of its lanes; and the instructions that a GPU
+/// would issue to it by that, with estimates of those of each piece.
 void warp_shoots(benchmark::State& state, const Cloud& (*prepared)()) {
   using Pass = ShootPass<SingleMedium<NoiseCloud>, SuperVoxel>;
   const PreparedScene& scene = prepared().scene;
@@ -276,14 +276,22 @@ void warp_shoots(benchmark::State& state, const Cloud& (*prepared)()) {
   for ([[maybe_unused]] auto _ : state) {
     Warp<Pass> warp(pass, 0, photons);
     warp.run();
+    double instructions = 0;
     for (int i = 0; i < stage_count; ++i) {
       constexpr const char* names[] = {"begin", "walk", "draw", "octave", "collide", "leave"};
-      const Warp<Pass>::Use& use = warp.use(static_cast<Stage>(i));
+      constexpr double estimates[] = {200, 35, 150, 170, 350, 100}, choice = 20;
+      const auto stage = static_cast<Stage>(i);
+      const int at_once = stage == Stage::walk         ? steps_per_turn
+                          : stage == Stage::add_octave ? octaves_per_turn
+                                                       : 1;
+      const Warp<Pass>::Use& use = warp.use(stage);
       const auto issued = static_cast<double>(use.issued);
       state.counters[std::string(names[i]) + "/photon"] = issued / double{photons};
       state.counters[std::string(names[i]) + "_busy"] =
           static_cast<double>(use.lanes) / (issued * Warp<Pass>::lanes);
+      instructions += issued * (estimates[i] + choice / at_once);
     }
+    state.counters["instructions/photon"] = instructions / double{photons};
   }
 }
 

@@ -1,10 +1,7 @@
 #include "app/bake_command.h"
 
 #include <algorithm>
-#include <atomic>
-#include <filesystem>
-#include <optional>
-#include <string_view>
+#include <memory>
 
 #include <fmt/format.h>
 
@@ -25,38 +22,34 @@ namespace tyndall::app {
 
 ExitCode bake_command(const BakeArguments& arguments) {
   const io::BakeOptions options{arguments.half, arguments.voxels, arguments.threads};
-  for (const std::string& path : arguments.outputs) io::require_bake(path, options);
+  std::vector<std::string> paths;  // and what lies beside
+  for (const std::string& path : arguments.outputs) {
+    io::require_bake(path, options);
+    for (const std::string& each : io::bake_paths(path)) paths.push_back(each);
+  }
   const DeviceName device_name = parse_device(arguments.device);
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
-  refuse_inputs(file.inputs, arguments.outputs);
+  refuse_inputs(file.inputs, paths);
   for (const std::string& warning : file.warnings) warn(warning);
   const Scene scene = scene_to_bake(file.scene, arguments.order > 0, arguments.per_light);
   if (const std::string shortage = memory_shortage(scene, most_replicates); !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
-  const Device device = open_device(device_name, arguments.threads);
+  Device device = open_device(device_name, arguments.threads);
 
   catch_signals(5.0);
-  // Can they be written? What lies beside them can where they can.
-  for (const std::string& path : arguments.outputs) io::OutputFile{path};
+  for (const std::string& path : paths) io::OutputFile{path};  // can they be written?
 
   ProgressMeter meter(progress_style(arguments.progress));
-  std::atomic<bool> ends_in_order = false;
-  RenderOptions render_options;
+  RenderOptions render_options = interruptible(meter);
   render_options.photons = IndexRange{0, scene.photons};
   render_options.measures_matter = true;
-  render_options.progress = [&](const Progress& progress) {
-    ends_in_order = std::string_view(progress.pass) == "photons";
-    meter.show(progress);
-  };
-  render_options.stop = [&] { return !ends_in_order && caught_signal() != 0; };
-  render_options.pause = [] { return caught_signal() != 0; };
-  render_options.go_on = [](Renderer&, Moment) { return caught_signal() == 0; };
-  Renderer renderer(scene, *device.backend, render_options);
-  const bool is_done = renderer.run();
+  const std::unique_ptr<Renderer> renderer = begin_render(
+      scene, device, device_name, arguments.threads, render_options, [&meter] { meter.clear(); });
+  const bool is_done = renderer->run();
   end_patience();
   meter.clear();
   const int signal = caught_signal();
-  const std::uint64_t shot = renderer.part().photons().count();
+  const std::uint64_t shot = renderer->part().photons().count();
   if (shot == 0) {
     if (signal != 0) throw Stopped{};
     throw Error(
@@ -64,21 +57,29 @@ ExitCode bake_command(const BakeArguments& arguments) {
         fmt::format("{}: no light reaches the medium: there is nothing to bake", arguments.scene));
   }
 
-  const RenderResult result = renderer.result();
-  const BakedLight light = bake(renderer, scene);
-  const io::Bake baked{arguments.scene, file, light, io::provenance(result)};
-  say(io::report_lines({renderer.part(), result, arguments.scene, device.name, file.volumes}));
+  RenderResult result = renderer->result();
+  finish(result, file.warnings);
+  const BakedLight light = bake(*renderer, scene);
+  const io::Bake baked{arguments.scene, file, light, result.picture.provenance};
+  say(io::report_lines({renderer->part(), result, arguments.scene, device.name, file.volumes}));
+  // What can be written is: the light may have taken hours.
+  std::string failures;
   for (const std::string& path : arguments.outputs) {
-    // The file that was asked for comes last, once what it names is there.
-    std::vector<io::ConvertedFile> files = io::bake_files(baked, path, options);
-    std::rotate(files.begin(), files.begin() + 1, files.end());
-    for (const io::ConvertedFile& part : files) {
-      io::OutputFile output(part.path);
-      output.write(part.bytes);
-      output.commit();
-      say(fmt::format("written  {}\n", part.path));
+    try {
+      // The file that was asked for comes last, once what it names is there.
+      std::vector<io::ConvertedFile> files = io::bake_files(baked, path, options);
+      std::rotate(files.begin(), files.begin() + 1, files.end());
+      for (const io::ConvertedFile& part : files) {
+        io::OutputFile output(part.path);
+        output.write(part.bytes);
+        output.commit();
+        say(fmt::format("written  {}\n", part.path));
+      }
+    } catch (const Error& error) {
+      failures += (failures.empty() ? "" : "\n") + std::string(error.what());
     }
   }
+  if (!failures.empty()) throw Error(ExitCode::output_failed, failures);
   if (is_done) return ExitCode::done;
   say(fmt::format("tyndall: stopped by a signal; what was written has {} of {} photons\n", shot,
                   scene.photons));

@@ -1,15 +1,14 @@
 #include "app/frames_command.h"
 
 #include <algorithm>
-#include <atomic>
-#include <cmath>
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string_view>
 
 #include <fmt/format.h>
-#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 
 #include "app/console.h"
 #include "app/devices.h"
@@ -59,11 +58,8 @@ void require_sense(const RenderArguments& a) {
 
 /// About what it looks at, around its own up.
 void turn(scene::Camera& camera, double degrees) {
-  const glm::dvec3 axis = glm::normalize(camera.up), arm = camera.position - camera.look_at;
-  const double angle = degrees * (3.14159265358979323846 / 180), c = std::cos(angle),
-               s = std::sin(angle);
-  camera.position =
-      camera.look_at + c * arm + s * glm::cross(axis, arm) + (1 - c) * glm::dot(axis, arm) * axis;
+  const glm::dmat4 rotation = glm::rotate(glm::dmat4(1), glm::radians(degrees), camera.up);
+  camera.position = camera.look_at + glm::dmat3(rotation) * (camera.position - camera.look_at);
 }
 
 class Sequence {
@@ -128,10 +124,13 @@ class Sequence {
     for (const std::string& path : paths) {
       if (fs::path(path).extension() != ".exr") continue;
       const std::string expected = fmt::format("{:016x}", scene_hash(scene_of(i).scene));
-      for (const auto& [key, value] : io::read_exr(path).provenance)
+      for (const auto& [key, value] : io::read_exr(path).provenance) {
         if (key == "tyndall.scene_hash" && value != expected)
           usage_error(fmt::format(
               "{}: is there already, of another scene: remove it, or name others", path));
+        if (key == "tyndall.complete" && value != "true")
+          return false;  // of a render that was left
+      }
     }
 #else
     static_cast<void>(i);
@@ -145,10 +144,8 @@ class Sequence {
     const auto numbered = [&](const std::string& path) { return of_frame(path, frame, share(i)); };
     Outputs outputs;
     for (const std::string& path : arguments_.outputs) outputs.add(numbered(path));
-    if (!arguments_.report.empty())
-      outputs.add(numbered(arguments_.report), [](const io::Run& run, io::OutputFile& file) {
-        file.write(io::report_json(run));
-      });
+    outputs.add_reports(arguments_.report.empty() ? "" : numbered(arguments_.report),
+                        arguments_.detectors.empty() ? "" : numbered(arguments_.detectors));
     outputs.refuse_repeats();
     const std::string title = fmt::format("frame    {} ({} of {})", frame, i + 1, frames_.size());
     if (is_there(outputs.paths(), i)) {
@@ -158,8 +155,11 @@ class Sequence {
     say(title + "\n");
     const io::SceneFile& file = scene_of(i);
     refuse_inputs(file.inputs, outputs.paths());
-    for (const std::string& warning : file.warnings)
-      if (i == 0) warn(warning);
+    if (!has_warned_) {
+      for (const std::string& warning : file.warnings) warn(warning);
+      require_detectors(file.scene, arguments_.detectors);
+      has_warned_ = true;
+    }
     if (const std::string shortage = memory_shortage(file.scene); !shortage.empty())
       throw Error(ExitCode::out_of_memory, shortage);
     outputs.open();
@@ -176,18 +176,18 @@ class Sequence {
     } else if (is_shared) {
       say(fmt::format("light    of frame {}, {:.2f} s saved\n", light_frame_, light_seconds_));
     }
-    Renderer renderer(file.scene, *device_.backend, options());
-    if (light_) {
+    const std::unique_ptr<Renderer> renderer = begin(file.scene, options());
+    if (light_) {  // whose scene is another one, but for the camera: see light_key()
       Partial light = *light_;
-      light.frame = renderer.part().frame;
-      renderer.resume(std::move(light), "the light of another frame");
+      light.frame = renderer->part().frame;
+      renderer->resume(std::move(light), "the light of another frame");
     }
-    const bool is_done = renderer.run();
+    const bool is_done = renderer->run();
     meter_.clear();
     if (!is_done) return false;
-    RenderResult result = renderer.result();
-    result.picture.provenance = io::provenance(result);
-    const io::Run run{renderer.part(), result, arguments_.scene, device_.name, file.volumes};
+    RenderResult result = renderer->result();
+    finish(result, file.warnings);
+    const io::Run run{renderer->part(), result, arguments_.scene, device_.name, file.volumes};
     say(io::report_lines(run));
     outputs.write(run);
     if (arguments_.print_hash) {
@@ -204,26 +204,24 @@ class Sequence {
     RenderOptions all = options();
     all.photons = IndexRange{0, scene.photons};
     all.measures_matter = true;
-    Renderer renderer(scene, *device_.backend, all);
-    const bool is_done = renderer.run();
+    const std::unique_ptr<Renderer> renderer = begin(scene, all);
+    const bool is_done = renderer->run();
     meter_.clear();
     if (!is_done) return false;
-    const PassSeconds& seconds = renderer.result().seconds;
+    const PassSeconds seconds = renderer->result().seconds;
     light_seconds_ = seconds.photons + seconds.matter;
-    light_ = renderer.part();
+    light_ = renderer->part();
     return true;
   }
 
+  std::unique_ptr<Renderer> begin(const Scene& scene, const RenderOptions& options) {
+    return begin_render(scene, device_, device_name_, arguments_.threads, options,
+                        [this] { meter_.clear(); });
+  }
+
   RenderOptions options() {
-    RenderOptions options;
+    RenderOptions options = interruptible(meter_);
     options.batch = arguments_.batch;
-    options.progress = [this](const Progress& progress) {
-      ends_in_order_ = std::string_view(progress.pass) != "bounds";
-      meter_.show(progress);
-    };
-    options.stop = [this] { return !ends_in_order_ && caught_signal() != 0; };
-    options.pause = [] { return caught_signal() != 0; };
-    options.go_on = [](Renderer&, Moment) { return caught_signal() == 0; };
     return options;
   }
 
@@ -231,7 +229,7 @@ class Sequence {
   const DeviceName device_name_;
   Device device_;
   ProgressMeter meter_;
-  std::atomic<bool> ends_in_order_ = false;
+  bool has_warned_ = false;
   std::vector<int> frames_;
   std::map<std::size_t, io::SceneFile> scenes_;  // that were read and are still to be rendered
   std::optional<Partial> light_;                 // of the frames that share it

@@ -191,6 +191,21 @@ void add_scene(CLI::App& command, std::string& scene, std::vector<std::string>& 
       ->allow_extra_args(false);
 }
 
+/// Where it works, and what it shows of that.
+void add_work(CLI::App& command, int& threads, std::string& device, std::string& progress) {
+  command.add_option("-t,--threads", threads, "Threads (0: all of the machine's)")
+      ->type_name("N")
+      ->transform(count(4096));
+  command
+      .add_option(
+          "--device", device,
+          "auto (CUDA devices where there are any, else the processor), cpu, cuda (all) or cuda:N")
+      ->type_name("NAME");
+  command.add_option("--progress", progress, "auto (a bar on terminals), bar, plain or none")
+      ->type_name("STYLE")
+      ->check(CLI::IsMember({"auto", "bar", "plain", "none"}).description(""));
+}
+
 int run(int argc, char** argv) {
   CLI::App app("Tyndall renders clouds, smoke and fog by shooting photons through them.",
                "tyndall");
@@ -212,14 +227,7 @@ int run(int argc, char** argv) {
                "Samples per pixel");
   add_override(*render, "-s,--seed", "seed", count(), arguments.overrides,
                "Seed of the random numbers");
-  render->add_option("-t,--threads", arguments.threads, "Threads (0: all of the machine's)")
-      ->type_name("N")
-      ->transform(count(4096));
-  render
-      ->add_option(
-          "--device", arguments.device,
-          "auto (CUDA devices where there are any, else the processor), cpu, cuda (all) or cuda:N")
-      ->type_name("NAME");
+  add_work(*render, arguments.threads, arguments.device, arguments.progress);
   render->add_option("--batch", arguments.batch, "Photons or samples at a time; changes no result")
       ->type_name("N")
       ->transform(count());
@@ -229,11 +237,6 @@ int run(int argc, char** argv) {
       ->add_option("--detectors", arguments.detectors,
                    "Writes what the scene's detectors counted as JSON")
       ->type_name("FILE");
-  render
-      ->add_option("--progress", arguments.progress,
-                   "auto (a bar on terminals), bar, plain or none")
-      ->type_name("STYLE")
-      ->check(CLI::IsMember({"auto", "bar", "plain", "none"}).description(""));
   render->add_flag("--print-hash", arguments.print_hash,
                    "Prints the hashes of tallies and pixels, equal on every machine");
 
@@ -324,13 +327,7 @@ int run(int argc, char** argv) {
                                io::default_voxels))
       ->type_name("N")
       ->transform(count(io::most_voxels, io::least_voxels));
-  bake->add_option("-t,--threads", baking.threads, "Threads (0: all of the machine's)")
-      ->type_name("N")
-      ->transform(count(4096));
-  bake->add_option("--device", baking.device, "As of render")->type_name("NAME");
-  bake->add_option("--progress", baking.progress, "As of render")
-      ->type_name("STYLE")
-      ->check(CLI::IsMember({"auto", "bar", "plain", "none"}).description(""));
+  add_work(*bake, baking.threads, baking.device, baking.progress);
 
   CLI::App* validate = app.add_subcommand("validate", "Finds every error of a scene");
   add_scene(*validate, arguments.scene, arguments.overrides);
@@ -389,7 +386,8 @@ int run(int argc, char** argv) {
     throw Error(ExitCode::usage, "a command is missing (see `tyndall help`)");
   if (*render && arguments.turntable != 0 && !arguments.frames)
     throw Error(ExitCode::usage, "--turntable: wants --frames A:B");
-  if (*render && arguments.frames && is_other_rank()) return 0;
+  if (*render && arguments.frames && is_rank())
+    throw Error(ExitCode::usage, "--frames: not under mpirun; give each machine frames of its own");
   if (*render && arguments.frames) return static_cast<int>(frames_command(arguments));
   if (*render) return static_cast<int>(render_command(arguments));
   if (is_other_rank()) return 0;

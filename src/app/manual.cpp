@@ -146,7 +146,8 @@ std::string zsh_text(const std::string& text) {
 }
 
 std::string zsh_completion(const CLI::App& app) {
-  std::string names, cases;
+  std::string names, every, cases;
+  for (const CLI::App* command : commands_of(app)) every += " " + command->get_name();
   for (const CLI::App* command : commands_of(app)) {
     names +=
         fmt::format("    '{}:{}'\n", command->get_name(), zsh_text(command->get_description()));
@@ -163,7 +164,7 @@ std::string zsh_completion(const CLI::App& app) {
                              zsh_text(option->get_description()), replaced(value, "A:B", "range"));
     }
     cases += command->get_name() == "help"
-                 ? "          '*:command:(render merge bake validate info convert)' ;;\n"
+                 ? fmt::format("          '*:command:({})' ;;\n", every.substr(1))
                  : fmt::format("          '*:file:_files -g \"{}\"' ;;\n",
                                pattern_of(command->get_name()));
   }

@@ -10,7 +10,9 @@
 #include <fmt/ranges.h>
 
 #include "app/console.h"
+#include "io/detectors.h"
 #include "io/pfm.h"
+#include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #if TYNDALL_OPENEXR
 #include "io/exr.h"
@@ -88,9 +90,18 @@ void Outputs::add(const std::string& path, Writer writer) {
   outputs_.push_back({path, std::move(writer), std::nullopt});
 }
 
-void Outputs::refuse_repeats(const std::string& checkpoint) const {
+void Outputs::add_reports(const std::string& report, const std::string& detectors) {
+  if (!report.empty())
+    add(report, [](const io::Run& run, io::OutputFile& file) { file.write(io::report_json(run)); });
+  if (!detectors.empty())
+    add(detectors,
+        [](const io::Run& run, io::OutputFile& file) { file.write(io::detectors_json(run)); });
+}
+
+void Outputs::refuse_repeats(const std::vector<std::string>& others) const {
   std::vector<std::string> all = paths();
-  if (!checkpoint.empty()) all.push_back(checkpoint);
+  for (const std::string& path : others)
+    if (!path.empty()) all.push_back(path);
   std::vector<fs::path> places;
   for (const std::string& path : all) {
     std::error_code error;
@@ -138,6 +149,26 @@ std::string known_formats() {
 std::string default_extension() { return formats[0].extension; }
 
 bool is_part(const std::string& path) { return extension_of(path) == ".tyn"; }
+
+void require_detectors(const Scene& scene, const std::string& detectors) {
+  if (!detectors.empty() && !detects(scene)) {
+    usage_error(
+        fmt::format("--detectors {}: the scene has none; add \"detectors\" to it, such as "
+                    "-D detectors.flux=[64,64]",
+                    detectors));
+  }
+  if (detects(scene) && detectors.empty())
+    warn("the scene's detectors are written nowhere: add --detectors FILE");
+}
+
+void finish(RenderResult& result, const std::vector<std::string>& said) {
+  result.picture.provenance = io::provenance(result);
+  // The scene's were said with their place in its file.
+  for (const std::string& warning : result.warnings)
+    if (std::none_of(said.begin(), said.end(),
+                     [&](const std::string& line) { return line.ends_with(warning); }))
+      warn(warning);
+}
 
 void refuse_inputs(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs,
                    const char* first, const char* others) {

@@ -19,8 +19,10 @@ class Outputs {
   /// A file whose name's ending tells its format. \throws Error(usage)
   void add(const std::string& path);
   void add(const std::string& path, Writer writer);
-  /// No output may replace another, nor the checkpoint (empty: none). \throws Error(usage)
-  void refuse_repeats(const std::string& checkpoint = {}) const;
+  /// The account of the run, and what the detectors counted; empty: none.
+  void add_reports(const std::string& report, const std::string& detectors);
+  /// No output may replace another, nor what else is written (empty: nothing). \throws Error(usage)
+  void refuse_repeats(const std::vector<std::string>& others = {}) const;
   /// \return their names.
   std::vector<std::string> paths() const;
   /// Finds out whether all of them can be written. \throws Error(output_failed)
@@ -43,6 +45,14 @@ std::string known_formats();
 /// \return the ending of pictures where nobody asks for one.
 std::string default_extension();
 bool is_part(const std::string& path);
+
+/// What detectors count is asked for where there are some, and only there.
+/// \param detectors file; empty: none \throws Error(usage)
+void require_detectors(const Scene& scene, const std::string& detectors);
+
+/// Says the warnings of a result, but for those that were said of its scene, and gives its picture
+/// the header.
+void finish(RenderResult& result, const std::vector<std::string>& said);
 
 /// No output may replace what the scene is made of. \throws Error(usage)
 /// \param first, others what the inputs are

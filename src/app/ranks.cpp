@@ -12,11 +12,21 @@
 
 namespace tyndall::app {
 
-std::unique_ptr<Communicator> join_ranks() {
-  // What Open MPI, MPICH and their kin tell a rank.
-  const char* size = nullptr;
+namespace {
+
+/// What Open MPI, MPICH and their kin tell a rank: how many there are; null: it is none.
+const char* size_of_job() {
   for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS"})
-    if (size == nullptr) size = std::getenv(name);
+    if (const char* size = std::getenv(name)) return size;
+  return nullptr;
+}
+
+}  // namespace
+
+bool is_rank() { return size_of_job() != nullptr; }
+
+std::unique_ptr<Communicator> join_ranks() {
+  const char* size = size_of_job();
   if (size == nullptr) return nullptr;
   std::string problem;
   auto* const start = reinterpret_cast<TyndallMpi*>(

@@ -12,6 +12,9 @@ namespace tyndall::app {
 /// \throws Error(usage) where mpirun started a build without MPI
 std::unique_ptr<Communicator> join_ranks();
 
+/// \return whether mpirun started this process.
+bool is_rank();
+
 /// \return whether this process is one of several that mpirun started, and not the first: what is
 /// no render is done by that one alone.
 bool is_other_rank();

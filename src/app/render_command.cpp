@@ -78,7 +78,7 @@ class Watch {
   }
 
   RenderOptions options() {
-    RenderOptions options;
+    RenderOptions options = interruptible(meter_);
     options.batch = arguments_.batch;
     options.photons = arguments_.photons;
     options.samples = arguments_.samples;
@@ -88,13 +88,6 @@ class Watch {
     }
     options.allow_gaps = arguments_.allow_gaps;
     options.time_limit = arguments_.time_limit;
-    options.progress = [this](const Progress& progress) {
-      ends_in_order_ = std::string_view(progress.pass) != "bounds";
-      meter_.show(progress);
-    };
-    // Before there is anything to write a signal ends the work in the midst of it.
-    options.stop = [this] { return !ends_in_order_ && caught_signal() != 0; };
-    options.pause = [] { return caught_signal() != 0; };
     options.go_on = [this](Renderer& renderer, Moment moment) { return go_on(renderer, moment); };
     return options;
   }
@@ -187,7 +180,6 @@ class Watch {
   std::optional<Display> display_;
   std::chrono::steady_clock::time_point display_next_{}, preview_next_{};
   ProgressMeter meter_;
-  std::atomic<bool> ends_in_order_ = false;
   Clock::time_point written_ = Clock::now();
 };
 
@@ -315,22 +307,11 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   require_sense(arguments, pictures);
   const DeviceName device_name =
       ranks ? device_of_rank(arguments, *ranks) : parse_device(arguments.device);
-  if (!arguments.report.empty()) {
-    outputs.add(arguments.report,
-                [](const io::Run& run, io::OutputFile& file) { file.write(io::report_json(run)); });
-  }
-  if (!arguments.detectors.empty()) {
-    outputs.add(arguments.detectors, [](const io::Run& run, io::OutputFile& file) {
-      file.write(io::detectors_json(run));
-    });
-  }
-  outputs.refuse_repeats(arguments.checkpoint);
+  outputs.add_reports(arguments.report, arguments.detectors);
+  outputs.refuse_repeats({arguments.checkpoint, arguments.preview});
   if (!arguments.preview.empty()) {
-    Outputs preview = {};
-    preview.add(arguments.preview);  // of a format that this build writes
     if (is_part(arguments.preview)) usage_error("--preview: a picture, not a part");
-    for (const std::string& path : outputs.paths())
-      if (path == arguments.preview) usage_error(fmt::format("{}: is asked for twice", path));
+    Outputs().add(arguments.preview);  // of a format that this build writes
   }
 
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
@@ -341,14 +322,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   if (!arguments.preview.empty()) written.push_back(arguments.preview);
   refuse_inputs(inputs, written);
   for (const std::string& warning : file.warnings) warn(warning);
-  if (!arguments.detectors.empty() && !detects(scene)) {
-    usage_error(
-        fmt::format("--detectors {}: the scene has none; add \"detectors\" to it, such as "
-                    "-D detectors.flux=[64,64]",
-                    arguments.detectors));
-  }
-  if (detects(scene) && arguments.detectors.empty())
-    warn("the scene's detectors are written nowhere: add --detectors FILE");
+  require_detectors(scene, arguments.detectors);
   refuse_ranges_beyond(scene, arguments);
   if (const std::string shortage = memory_shortage(scene); !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
@@ -365,14 +339,9 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   std::unique_ptr<Backend> distributed;
   if (ranks != nullptr) distributed = make_distributed_backend(*device.backend, *ranks, &traffic);
 
-  std::optional<Renderer> renderer;
+  std::unique_ptr<Renderer> renderer;
   const auto write = [&](RenderResult& result) {
-    result.picture.provenance = io::provenance(result);
-    // The scene's were said with their place in its file.
-    for (const std::string& warning : result.warnings)
-      if (std::none_of(file.warnings.begin(), file.warnings.end(),
-                       [&](const auto& said) { return said.ends_with(warning); }))
-        warn(warning);
+    finish(result, file.warnings);
     const io::Run run{renderer->part(), result, arguments.scene, device.name, file.volumes};
     say(io::report_lines(run));
     if (ranks) {
@@ -382,17 +351,11 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
     outputs.write(run);
   };
   Watch watch(arguments, write);
-  try {
-    renderer.emplace(scene, ranks ? *distributed : *device.backend, watch.options());
-  } catch (const Error& error) {
-    // Not enough memory there, as a rule: before the first photon another device will do.
-    if (error.code() != ExitCode::device || device_name.kind != DeviceName::Kind::automatic
-        || ranks)
-      throw;
-    watch.clear();
-    device = open_device(device_name, threads, error.what());
-    renderer.emplace(scene, *device.backend, watch.options());
-  }
+  if (ranks)
+    renderer = std::make_unique<Renderer>(scene, *distributed, watch.options());
+  else
+    renderer = begin_render(scene, device, device_name, threads, watch.options(),
+                            [&watch] { watch.clear(); });
   take_up(arguments, *renderer);
   const bool is_done = renderer->run();
   end_patience();

@@ -103,9 +103,9 @@ std::vector<ConvertedFile> raw_textures(const Bake& bake, const std::string& pat
   const OneMedium medium = matter_of_bake(bake, voxels_of(options), options.threads, false);
   std::vector<Texture> textures = textures_of(bake.light);
   textures.insert(textures.begin(), density_of(bake.light, medium));
-  const std::string raw_path = beside(path, ".raw");
+  const std::vector<std::string> paths = bake_paths(path);
   Json description{{"tyndall", "bake"},
-                   {"file", fs::path(raw_path).filename().string()},
+                   {"file", fs::path(paths[1]).filename().string()},
                    {"order", "x fastest, then y, then z; little endian; channels together"},
                    {"textures", Json::array()},
                    {"provenance", Json::object()}};
@@ -128,9 +128,8 @@ std::vector<ConvertedFile> raw_textures(const Bake& bake, const std::string& pat
     }
   }
   for (const auto& [key, text] : bake.provenance) description["provenance"][key] = text;
-  return {{path, description.dump(2) + "\n"},
-          {raw_path, std::move(raw)},
-          {beside(path, ".glsl"), light_glsl}};
+  return {
+      {paths[0], description.dump(2) + "\n"}, {paths[1], std::move(raw)}, {paths[2], light_glsl}};
 }
 
 struct Format {
@@ -185,6 +184,11 @@ void require_bake(const std::string& path, const BakeOptions& options) {
                 fmt::format("--half: {} files have no colours of 16 bits; leave it "
                             "out, or bake a .vdb",
                             format->extension));
+}
+
+std::vector<std::string> bake_paths(const std::string& path) {
+  if (fs::path(path).extension() != ".json") return {path};
+  return {path, beside(path, ".raw"), beside(path, ".glsl")};
 }
 
 std::vector<ConvertedFile> bake_files(const Bake& bake, const std::string& path,

@@ -32,7 +32,10 @@ std::string known_bakes();
 /// \throws Error(usage) where the ending of `path` is none of these, or cannot have the options.
 void require_bake(const std::string& path, const BakeOptions& options);
 
-/// \return what to write: `path`, and what lies beside it.
+/// \return the files that will be: `path`, and what lies beside it.
+std::vector<std::string> bake_paths(const std::string& path);
+
+/// \return what is in them, in that order.
 std::vector<ConvertedFile> bake_files(const Bake& bake, const std::string& path,
                                       const BakeOptions& options);
 

@@ -184,19 +184,6 @@ std::string bake_page(const Bake& bake, const std::string& path, const BakeOptio
             {"background", vector(background(scene))},
             {"camera", camera(scene)},
             {"exposure", scene.exposure}};
-  // Of each voxel: cells of the light mix what is black with what is white.
-  const auto albedo_at = [&](glm::dvec3 p) {
-    const glm::dvec3 local = p - scene.medium.box_min;
-    float sum = 0;
-    Vec3f scattering{0, 0, 0};
-    for (const Component<AnyField>& c : prepared.components) {
-      const float sigma_t = c.sigma_t(
-          {static_cast<float>(local.x), static_cast<float>(local.y), static_cast<float>(local.z)});
-      sum += sigma_t;
-      scattering = scattering + sigma_t * c.albedo;
-    }
-    return sum > 0 ? (1.0f / sum) * scattering : Vec3f{0, 0, 0};
-  };
   for (const BakedGroup& group : bake.light.groups) {
     const Interpolated fluence(bake.light, group.fluence);
     std::vector<Vec3f> light(bytes.size(), Vec3f{0, 0, 0});
@@ -206,7 +193,10 @@ std::string bake_page(const Bake& bake, const std::string& path, const BakeOptio
         for (int i = 0; i < density.size[0]; ++i, ++n) {
           if (bytes[n] == 0) continue;
           const glm::dvec3 p = density.low + voxel * (glm::dvec3(i, j, k) + 0.5);
-          light[n] = static_cast<float>(0.25 * std::numbers::inv_pi) * albedo_at(p) * fluence.at(p);
+          const glm::vec3 local(p - scene.medium.box_min);
+          // Of each voxel: cells of the light mix what is black with what is white.
+          const Vec3f albedo = extinction_at(prepared, {local.x, local.y, local.z}).albedo();
+          light[n] = static_cast<float>(0.25 * std::numbers::inv_pi) * albedo * fluence.at(p);
         }
     data["lights"].push_back(packed_light(group.name.empty() ? "light" : group.name, light));
   }

@@ -423,11 +423,9 @@ std::string encode_grids(const std::string& path, bool nano, const std::vector<G
            * static_cast<std::size_t>(grid.size[0]) * static_cast<std::size_t>(grid.size[1])
            * static_cast<std::size_t>(grid.size[2]);
   };
-  // The offsets are part of the text before them: room for it that it is filled up to.
-  const std::uint64_t room = 4096 + 1024 * grids.size() + 65536;
   Json header{{"half", half}, {"metadata", Json::object()}, {"grids", Json::array()}};
   for (const auto& [key, text] : metadata) header["metadata"][key] = text;
-  std::uint64_t at = sizeof room + room;
+  std::uint64_t at = 0;
   for (const GridToWrite& grid : grids) {
     Json rows = Json::array();
     for (int row = 0; row < 3; ++row)
@@ -440,9 +438,8 @@ std::string encode_grids(const std::string& path, bool nano, const std::vector<G
     header["grids"].push_back(entry);
     at += bytes_of(grid);
   }
-  std::string text = header.dump();
-  if (text.size() > room) throw Error(ExitCode::internal, "the head of a parcel is too long");
-  text.resize(room, ' ');
+  const std::string text = header.dump();
+  const std::uint64_t length = text.size();
 
   const Descriptor parcel = memory_file(), written = memory_file();
   const auto put = [&](const void* from, std::size_t size) {
@@ -454,7 +451,7 @@ std::string encode_grids(const std::string& path, bool nano, const std::vector<G
       size -= static_cast<std::size_t>(n);
     }
   };
-  put(&room, sizeof room);
+  put(&length, sizeof length);
   put(text.data(), text.size());
   for (const GridToWrite& grid : grids)
     put(grid.stored ? static_cast<const void*>(grid.stored->bytes()) : grid.values, bytes_of(grid));

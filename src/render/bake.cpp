@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "render/read_out.h"
+#include "render/scene_values.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/prepare.h"
 #include "tyndall/transport/illumination.h"
@@ -16,18 +17,13 @@
 namespace tyndall {
 namespace {
 
-double luminance(double r, double g, double b) {  // Rec. 709
-  return 0.2126 * r + 0.7152 * g + 0.0722 * b;
-}
-
 /// One replicate's N of order 0, or the sum of all, as luminance: all groups together.
 double luminance_of(const std::int64_t* words, const IlluminationCells& cells) {
   double sum = 0;
   for (int group = 0; group < cells.groups; ++group) {
     const std::int64_t* rgb = words + group * cells.group_moments();
-    const bool is_grey = cells.channels == 1;
-    sum += luminance(static_cast<double>(rgb[0]), static_cast<double>(rgb[is_grey ? 0 : 1]),
-                     static_cast<double>(rgb[is_grey ? 0 : 2]));
+    const int g = cells.channels == 1 ? 0 : 1, b = 2 * g;
+    sum += luminance(rgb[0], rgb[g], rgb[b]);
   }
   return sum;
 }
@@ -129,8 +125,7 @@ std::vector<Vec3f> mean_albedo(const PreparedScene& scene, std::vector<char>& kn
         const auto j = static_cast<int>(row % static_cast<std::uint64_t>(cells.ny)),
                    k = static_cast<int>(row / static_cast<std::uint64_t>(cells.ny));
         const std::size_t cell = cells.index(i, j, k);
-        float sum = 0;
-        Vec3f scattering{0, 0, 0};
+        Extinction sum;
         for (int n = 0; n < points * points * points; ++n) {
           const auto at = [&](int index, int step, float size) {
             return (static_cast<float>(index) + (static_cast<float>(step) + 0.5f) / points) * size;
@@ -138,14 +133,12 @@ std::vector<Vec3f> mean_albedo(const PreparedScene& scene, std::vector<char>& kn
           const Vec3f p{at(i, n % points, scene.cell_size.x),
                         at(j, n / points % points, scene.cell_size.y),
                         at(k, n / (points * points), scene.cell_size.z)};
-          for (const Component<AnyField>& c : scene.components) {
-            const float sigma_t = c.sigma_t(p);
-            sum += sigma_t;
-            scattering = scattering + sigma_t * c.albedo;
-          }
+          const Extinction here = extinction_at(scene, p);
+          sum.all += here.all;
+          sum.scattering = sum.scattering + here.scattering;
         }
-        known[cell] = sum > 0;
-        if (sum > 0) albedo[cell] = (1.0f / sum) * scattering;
+        known[cell] = sum.all > 0;
+        albedo[cell] = sum.albedo();
       }
     }
   });
@@ -164,6 +157,16 @@ const char* kind_of(const Light&) {
 }
 
 }  // namespace
+
+Extinction extinction_at(const PreparedScene& scene, Vec3f p) {
+  Extinction sum;
+  for (const Component<AnyField>& c : scene.components) {
+    const float sigma_t = c.sigma_t(p);
+    sum.all += sigma_t;
+    sum.scattering = sum.scattering + sigma_t * c.albedo;
+  }
+  return sum;
+}
 
 Scene scene_to_bake(Scene scene, bool with_directions, bool per_light) {
   scene.integrator = scene::Integrator::photons;
@@ -192,16 +195,17 @@ BakedLight bake(Renderer& renderer, const Scene& whole) {
   const auto moments = static_cast<std::size_t>(cells.moments());
 
   std::vector<std::int64_t> sums(part.frame.light_words);
-  BakedLight out;
+  std::uint64_t photons = 0;
   for (const Replicate& r : part.replicates) {
     if (r.light.empty()) continue;
     add_words(sums.data(), r.light.data(), sums.size());
-    out.photons += r.photons.count();
+    photons += r.photons.count();
   }
   const std::vector<float> numerator =
-      read_out_light(sums, scene.shot_power / static_cast<double>(out.photons));
+      read_out_light(sums, scene.shot_power / static_cast<double>(photons));
   const std::vector<float> denominator = smoothed(cells, read_out_matter(scene, part.matter));
 
+  BakedLight out;
   out.size = {cells.nx, cells.ny, cells.nz};
   out.low = whole.medium.box_min;
   out.high = whole.medium.box_max;

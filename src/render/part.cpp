@@ -1,4 +1,5 @@
 #include "tyndall/render/part.h"
+#include "render/scene_values.h"
 
 #include <algorithm>
 #include <cmath>
@@ -287,19 +288,16 @@ double relative_noise(const Partial& part) {
     replicates += samples > 0;
   }
   if (replicates < 2) return std::numeric_limits<double>::infinity();
-  const auto luminance = [](const std::int64_t* rgb) {  // Rec. 709
-    return 0.2126 * static_cast<double>(rgb[0]) + 0.7152 * static_cast<double>(rgb[1])
-           + 0.0722 * static_cast<double>(rgb[2]);
-  };
   double mean_sum = 0, variance_sum = 0;
   for (std::size_t i = 0; i < part.film.pixels.size(); ++i) {
     const PixelTally& pixel = part.film.pixels[i];
     if (pixel.hits == 0) continue;
-    const double mean = luminance(pixel.sum) / n;
+    const double mean = luminance(pixel.sum[0], pixel.sum[1], pixel.sum[2]) / n;
     double off = 0;
     for (const Replicate& r : part.replicates) {
       if (r.film.empty()) continue;
-      const double d = luminance(&r.film[3 * i]) - static_cast<double>(r.samples.count()) * mean;
+      const double d = luminance(r.film[3 * i], r.film[3 * i + 1], r.film[3 * i + 2])
+                       - static_cast<double>(r.samples.count()) * mean;
       off += d * d;
     }
     mean_sum += mean * mean;

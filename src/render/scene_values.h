@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 
 #include <glm/vec3.hpp>
 
@@ -17,6 +18,12 @@ struct Overloaded : Functions... {
 };
 template <class... Functions>
 Overloaded(Functions...) -> Overloaded<Functions...>;
+
+/// Of a sum of linear RGB, Rec. 709 [ITU709].
+inline double luminance(std::int64_t r, std::int64_t g, std::int64_t b) {
+  return 0.2126 * static_cast<double>(r) + 0.7152 * static_cast<double>(g)
+         + 0.0722 * static_cast<double>(b);
+}
 
 inline double largest(const glm::dvec3& v) { return std::max({v.x, v.y, v.z}); }
 

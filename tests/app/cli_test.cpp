@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <sstream>
 #include <string>
 #include <thread>
 #include <vector>
@@ -141,6 +142,8 @@ class CliTest : public testing::Test {
   bool exr_ = false;
 };
 
+// ---- Streams and command lines
+
 TEST_F(CliTest, PrintsWhatItIsAskedForOnStandardOutput) {
   for (const char* what : {"--version", "--help", "help", "schema", "defaults"}) {
     const Outcome outcome = run({what});
@@ -239,6 +242,8 @@ TEST_F(CliTest, ConvertsScenes) {
   EXPECT_FALSE(fs::exists(folder_ / "b.py"));
 }
 
+// ---- Renders
+
 TEST_F(CliTest, FindsBadInputAndOutputBeforeItRenders) {
   const std::string hours = "100000000000";  // photons: these would not come back in time
   expect_error({"render", "none.json", "--photons", hours}, 4, "none.json");
@@ -333,6 +338,8 @@ TEST_F(CliTest, KeepsTheOtherOutputsWhereOneFails) {
   EXPECT_NE(outcome.err.find("/dev/full"), std::string::npos) << outcome.err;
   EXPECT_EQ(names(), (std::set<std::string>{picture_, "scene.json"}));
 }
+
+// ---- Signals
 
 TEST_F(CliTest, StopsWithinASecondAndLeavesTheOldFile) {
   for (const auto& [signal, code] : {std::pair(SIGINT, 130), std::pair(SIGTERM, 143)}) {
@@ -524,6 +531,8 @@ TEST_F(ResumeTest, AddsPartsUp) {
   EXPECT_NE(gaps.err.find("p.tyn: lacks photons 333:1000"), std::string::npos) << gaps.err;
 }
 
+// ---- Devices
+
 TEST_F(CliTest, HasNoCudaDeviceWhereThereIsNone) {
   const Outcome outcome = run({"render", "scene.json", "--device", "cuda:99"});
   EXPECT_EQ(outcome.code, 7);
@@ -627,8 +636,20 @@ TEST_F(CliTest, RefusesWrongSequences) {
   expect_error({"render", "scene.json", "--frames", "1:2"}, 2, "name the pictures");
   expect_error({"render", "scene.json", "--turntable", "90"}, 2, "--frames");
   expect_error(
+      {"render", "scene.json", "--frames", "1:2", "-o", "f.##.pfm", "--detectors", "d.json"}, 2,
+      "d.json: has no place");
+  expect_error(
       {"render", "scene.json", "--frames", "1:2", "-o", "f.##.pfm", "--checkpoint", "c.tyn"}, 2,
       "not together");
+}
+
+TEST_F(CliTest, FramesHaveReportsAndDetectors) {
+  const Outcome outcome =
+      run({"render", "scene.json", "--frames", "1:2", "-o", "f.##.pfm", "--report", "r.##.json",
+           "--detectors", "d.##.json", "-D", "detectors.flux=[2,2]"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  for (const char* name : {"f.02.pfm", "r.02.json", "d.01.json", "d.02.json"})
+    EXPECT_TRUE(names().contains(name)) << name;
 }
 
 // ---- Bakes, the manual
@@ -643,6 +664,12 @@ TEST_F(CliTest, BakesLight) {
   expect_error({"bake", "scene.json", "-o", "scene.json"}, 2, "the scene itself");
   expect_error({"bake", "scene.json", "-o", "no/light.json"}, 5, "no");
   expect_error({"bake", "none.json", "-o", "light.json"}, 4, "none.json");
+  // What lies beside is an output, too.
+  std::ofstream(folder_ / "grid.raw", std::ios::binary) << std::string(4 * 8, '\0');
+  expect_error({"bake", "scene.json", "-D",
+                R"(medium.components[0].field={"type":"grid","size":[2,2,2],"file":"grid.raw"})",
+                "-o", "grid.json"},
+               2, "grid.raw: is read by the scene");
 }
 
 TEST_F(CliTest, StoppedBakesHaveThePhotonsSoFar) {
@@ -659,18 +686,24 @@ TEST_F(CliTest, StoppedBakesHaveThePhotonsSoFar) {
 }
 
 TEST_F(CliTest, TheManualHasEveryOption) {
-  const std::string help = run({"help", "render"}).out;
+  std::set<std::string> options;
+  for (const char* command : {"render", "merge", "bake", "convert", "info"}) {
+    std::istringstream help(run({"help", command}).out);
+    for (std::string word; help >> word;)  // "--photons", "-o,--output"
+      if (const std::size_t at = word.find("--"); at == 0 || at == 3)
+        options.insert(word.substr(at));
+  }
+  ASSERT_GT(options.size(), 25u);
   for (const char* format : {"man", "bash", "zsh"}) {
     const Outcome outcome = run({"help", "--as", format});
     EXPECT_EQ(outcome.code, 0) << outcome.err;
-    for (const char* option : {"--photons", "--frames", "--checkpoint-every", "--per-light"}) {
+    for (const std::string& option : options) {
       std::string name;
-      for (const char c : std::string(option))
+      for (const char c : option)
         name += c == '-' && std::string(format) == "man" ? "\\-" : std::string(1, c);
       EXPECT_NE(outcome.out.find(name), std::string::npos) << format << " " << option;
     }
   }
-  EXPECT_NE(help.find("--frames"), std::string::npos);
 }
 
 }  // namespace

@@ -69,17 +69,10 @@ struct Baked {
   BakedLight light;
 };
 
-Baked baked(Scene scene) {
+Baked baked(const Scene& scene) {
   Baked out;
   out.scene.scene = scene;
-  const Scene whole = scene_to_bake(scene, true, false);
-  RenderOptions options;
-  options.photons = IndexRange{0, whole.photons};
-  options.measures_matter = true;
-  const auto backend = make_cpu_backend();
-  Renderer renderer(whole, *backend, options);
-  renderer.run();
-  out.light = bake(renderer, whole);
+  out.light = test::baked(scene);
   return out;
 }
 
@@ -137,6 +130,7 @@ TEST(BakeFile, is_sampled_by_the_shader_as_by_tyndall) {
   const PreparedScene prepared = prepare(b.scene.scene, 0);
   const RandomStream random{5, 0, Domain::photon};
   int inside = 0;
+  double total = 0, difference = 0;
   for (std::uint32_t i = 0; i < 2000; ++i) {
     const RandomBlock r = random.block(i, Purpose::walk);
     const glm::vec3 u(uniform(r.a), uniform(r.b), uniform(r.c));
@@ -146,7 +140,8 @@ TEST(BakeFile, is_sampled_by_the_shader_as_by_tyndall) {
     const Vec3f local{p.x - 1, p.y + 2, p.z - 3};
     const float sigma = prepared.components[0].sigma_t(local);
     inside += sigma > 0 ? 1 : 0;
-    EXPECT_NEAR(extinction(p), sigma, 4.0) << i;
+    total += double{sigma};
+    difference += std::abs(double{extinction(p)} - double{sigma});
     // What the light's own arrays give at the middle of the cell.
     const glm::ivec3 cell = glm::ivec3(u * glm::vec3(10, 9, 12));
     const glm::vec3 middle =
@@ -160,6 +155,7 @@ TEST(BakeFile, is_sampled_by_the_shader_as_by_tyndall) {
         << i;
   }
   EXPECT_GT(inside, 200);
+  EXPECT_LT(difference, 0.03 * total) << difference / total;  // of 40 voxels: 0.021
 }
 
 TEST(BakeFile, halves_take_half_the_room) {

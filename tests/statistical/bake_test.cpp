@@ -14,17 +14,6 @@ namespace {
 
 constexpr double level = 1e-4;
 
-BakedLight baked(const Scene& scene, bool with_directions = true, bool per_light = false) {
-  const Scene whole = scene_to_bake(scene, with_directions, per_light);
-  RenderOptions options;
-  options.photons = IndexRange{0, whole.photons};
-  options.measures_matter = true;
-  const auto backend = make_cpu_backend();
-  Renderer renderer(whole, *backend, options);
-  EXPECT_TRUE(renderer.run());
-  return bake(renderer, whole);
-}
-
 double mean_red(const std::vector<Vec3f>& colors) {
   double sum = 0;
   for (const Vec3f& c : colors) sum += double{c.x};

@@ -194,6 +194,17 @@ Tallies shoot_and_measure(const Scene& scene, const MajorantTables& bounds) {
   return run(scene, true, &bounds);
 }
 
+BakedLight baked(const Scene& scene, bool with_directions, bool per_light) {
+  const Scene whole = scene_to_bake(scene, with_directions, per_light);
+  RenderOptions options;
+  options.photons = IndexRange{0, whole.photons};
+  options.measures_matter = true;
+  const auto backend = make_cpu_backend();
+  Renderer renderer(whole, *backend, options);
+  EXPECT_TRUE(renderer.run());
+  return bake(renderer, whole);
+}
+
 std::vector<RenderResult> replicates(Scene scene, int count) {
   const auto backend = make_cpu_backend();
   std::vector<RenderResult> results;

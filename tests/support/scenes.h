@@ -8,6 +8,7 @@
 
 #include "support/statistics.h"
 #include "tyndall/render/backend.h"
+#include "tyndall/render/bake.h"
 #include "tyndall/render/prepare.h"
 #include "tyndall/render/render.h"
 
@@ -87,6 +88,9 @@ Tallies shoot(const Scene& scene);
 Tallies shoot_and_measure(const Scene& scene);
 /// With other bounds than its own, for as many super-voxels.
 Tallies shoot_and_measure(const Scene& scene, const MajorantTables& bounds);
+
+/// What `tyndall bake` writes.
+BakedLight baked(const Scene& scene, bool with_directions = true, bool per_light = false);
 
 /// Renders `scene` on the CPU with `count` seeds from its own one on: replicates of its picture.
 std::vector<RenderResult> replicates(Scene scene, int count);

@@ -34,8 +34,17 @@ struct BakedLight {
   /// 1e6 where there is matter and no light, 0 where there is no matter. Empty: one replicate.
   std::vector<float> relative_error;
   std::vector<Vec3f> albedo;  ///< mean over the matter; spread as the light is
-  std::uint64_t photons = 0;
 };
+
+/// Of all matter at a point [1/length].
+struct Extinction {
+  float all = 0;
+  Vec3f scattering{0, 0, 0};  ///< extinction times albedo
+
+  Vec3f albedo() const { return all > 0 ? (1.0f / all) * scattering : Vec3f{0, 0, 0}; }
+};
+/// \param p in local space
+Extinction extinction_at(const PreparedScene& scene, Vec3f p);
 
 /// \return `scene` as it is to be shot for a bake: all light in the grid, that which is scattered
 /// once, too, with directions or without; each light by itself if `per_light`; no picture.

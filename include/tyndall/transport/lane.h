@@ -159,7 +159,7 @@ class Lane {
 };
 
 // Each choice costs about 20 instructions of voting. Counted with the emulated warp
-// (bench/README.md): more steps at once leave too many lanes waiting for the last.
+// (docs/gpu.md): more steps at once leave too many lanes waiting for the last.
 inline constexpr int steps_per_turn = 4, octaves_per_turn = 2;
 
 /// \param count (stage) -> int, the lanes at it. \return where most are; idle ones count where

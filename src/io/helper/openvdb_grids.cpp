@@ -327,14 +327,15 @@ openvdb::math::Transform::Ptr transform(const Json& rows) {
   return openvdb::math::Transform::createLinearTransform(m);
 }
 
-/// What is 0 becomes background.
+/// What is 0 becomes background. \param first byte of the arrays
 template <class Grid>
-openvdb::GridBase::Ptr dense(const Json& entry) {
+openvdb::GridBase::Ptr dense(const Json& entry, std::uint64_t first) {
   using Value = typename Grid::ValueType;
   const openvdb::Coord size(entry.at("size")[0], entry.at("size")[1], entry.at("size")[2]);
   std::vector<Value> values(static_cast<std::size_t>(size.x()) * static_cast<std::size_t>(size.y())
                             * static_cast<std::size_t>(size.z()));
-  read_at(entry.at("at"), values.data(), values.size() * sizeof(Value));
+  read_at(first + entry.at("at").get<std::uint64_t>(), values.data(),
+          values.size() * sizeof(Value));
   const auto grid = Grid::create(openvdb::zeroVal<Value>());
   const openvdb::tools::Dense<Value, openvdb::tools::LayoutXYZ> view(
       openvdb::CoordBBox(openvdb::Coord(0), size.offsetBy(-1)), values.data());
@@ -342,10 +343,10 @@ openvdb::GridBase::Ptr dense(const Json& entry) {
   return grid;
 }
 
-openvdb::GridBase::Ptr stored(const Json& entry) {
+openvdb::GridBase::Ptr stored(const Json& entry, std::uint64_t first) {
   const std::uint64_t size = entry.at("bytes");
   auto buffer = nanovdb::HostBuffer::create(size);
-  read_at(entry.at("at"), buffer.data(), size);
+  read_at(first + entry.at("at").get<std::uint64_t>(), buffer.data(), size);
   nanovdb::GridHandle<> handle(std::move(buffer));
   const auto grid =
       openvdb::gridPtrCast<openvdb::FloatGrid>(nanovdb::nanoToOpenVDB<nanovdb::HostBuffer>(handle));
@@ -404,6 +405,7 @@ Json write_grids(bool nano) {
   std::string text(header_size, '\0');
   read_at(sizeof header_size, text.data(), text.size());
   const Json header = Json::parse(text);
+  const std::uint64_t first = sizeof header_size + header_size;  // byte of the arrays
 
   openvdb::MetaMap metadata;
   for (const auto& [key, value] : header.at("metadata").items())
@@ -412,11 +414,11 @@ Json write_grids(bool nano) {
   for (const Json& entry : header.at("grids")) {
     openvdb::GridBase::Ptr grid;
     if (entry.contains("bytes"))
-      grid = stored(entry);
+      grid = stored(entry, first);
     else if (entry.at("channels") == 3)
-      grid = dense<openvdb::Vec3SGrid>(entry);
+      grid = dense<openvdb::Vec3SGrid>(entry, first);
     else
-      grid = dense<openvdb::FloatGrid>(entry);
+      grid = dense<openvdb::FloatGrid>(entry, first);
     grid->setName(entry.at("name"));
     grid->setTransform(transform(entry.at("transform")));
     if (entry.at("channels") == 1) grid->setGridClass(openvdb::GRID_FOG_VOLUME);

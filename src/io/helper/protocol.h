@@ -14,7 +14,7 @@
 ///   write vdb|nvdb            standard input is a parcel, the memory file gets the file
 ///
 /// A parcel is the length of a JSON text, in 8 bytes, that text, and arrays of floats (x fastest)
-/// or NanoVDB buffers at offsets of its own from the first byte:
+/// or NanoVDB buffers, each "at" so many bytes from the text's end:
 /// {"half": bool, "metadata": {KEY: TEXT}, "grids": [{"name", "channels": 1 or 3, "transform":
 /// index to world space, 3 rows of 4, "at", and "size": [nx, ny, nz], or "bytes" and "scale" of a
 /// buffer}]}
