@@ -67,7 +67,7 @@ class CudaRow final : public Row {
   Sampler sampler_;
   IlluminationCells cells_ = scene_.cells;
   std::vector<std::int64_t> sums_;
-  Pace pace_{1 << 14};  // kept from run to run: launches are as large as they may be
+  Pace pace_{1 << 14, 1 << 28};  // kept from run to run: launches are as large as they may be
 };
 
 }  // namespace tyndall::bench

@@ -169,7 +169,7 @@ int run(int argc, char** argv) {
         if (is_wanted(sampler)) std::printf("%s\n", row_name(which, sampler).c_str());
       continue;
     }
-    Stage stage(which, thread_count(0));
+    Stage stage(which, thread_count(0), options.device);
     std::printf("Table %d, %s: %s, %d thread%s\n", which.table, title(which).c_str(),
                 options.device.c_str(), options.threads, options.threads == 1 ? "" : "s");
     stage.threads = options.threads;

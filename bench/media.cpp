@@ -72,8 +72,8 @@ Scene scene_of(const Case& which, int super_voxels) {
   return scene;
 }
 
-PreparedScene prepare_case(const Case& which, int super_voxels, int threads) {
-  PreparedScene scene = prepare(scene_of(which, super_voxels), threads);
+PreparedScene prepare_case(const Case& which, int super_voxels, int threads, double table_points) {
+  PreparedScene scene = prepare(scene_of(which, super_voxels), threads, {}, {}, table_points);
   Emitter light;
   light.kind = Emitter::Kind::disc;
   light.last_word = 0xffffffffu;

@@ -23,7 +23,8 @@ const std::vector<Case>& cases();
 
 /// The medium with its light (unit cube, origin at its corner) and an empty 64^3 illumination grid
 /// of order 0. One grey channel, or RGB.
-PreparedScene prepare_case(const Case& which, int super_voxels, int threads);
+PreparedScene prepare_case(const Case& which, int super_voxels, int threads,
+                           double table_points = NoiseTable::processor_points);
 
 /// The scene that prepare_case() prepares, but for its light.
 Scene scene_of(const Case& which, int super_voxels);

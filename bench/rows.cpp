@@ -134,13 +134,14 @@ float finest_voxel(const Case& which) {
   return 1.0f / static_cast<float>(which.effective_resolution());
 }
 
-Stage::Stage(const Case& c, int t)
+Stage::Stage(const Case& c, int t, const std::string& device)
     : which(c),
       threads(t),
       scene16(prepare_case(c, 16, t)),
       scene32(prepare_case(c, 32, t)),
       scene64(prepare_case(c, 64, t)),
-      usual(prepare_case(c, 0, t)) {}
+      usual(prepare_case(
+          c, 0, t, device == "cpu" ? NoiseTable::processor_points : NoiseTable::device_points)) {}
 
 std::vector<std::unique_ptr<Row>> rows_of(Stage& stage, const std::string& device) {
   std::vector<std::unique_ptr<Row>> rows;

@@ -14,7 +14,7 @@ namespace tyndall::bench {
 
 /// A medium prepared for all rows of a case.
 struct Stage {
-  Stage(const Case& which, int threads);
+  Stage(const Case& which, int threads, const std::string& device);
 
   Case which;
   int threads;

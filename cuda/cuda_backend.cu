@@ -47,6 +47,7 @@ class CudaBackend final : public Backend {
 
   std::string name() const override { return name_; }
   int threads() const override { return thread_count(0); }
+  double table_points() const override { return NoiseTable::device_points; }
 
   void load(const PreparedScene& scene, const Stop& stop, const Stop& pause) override {
     select();

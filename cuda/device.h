@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tyndall/render/error.h"
+#include "tyndall/render/huge_pages.h"
 
 namespace tyndall {
 
@@ -56,8 +57,9 @@ class Buffer {
   }
   /// Waits for the kernels before it.
   std::vector<T> read() const {
-    std::vector<T> host(count_);
+    std::vector<T> host;
     if (count_ == 0) return host;
+    resize_in_huge_pages(host, count_);
     require(cudaMemcpy(host.data(), data_.get(), bytes(), cudaMemcpyDeviceToHost),
             "copying from the device");
     return host;

@@ -21,41 +21,53 @@ inline constexpr unsigned whole_warp = 0xffffffffu;
 
 /// What the lanes of a run share.
 struct Queue {
-  unsigned long long next;  ///< the first index that nobody has
-  unsigned long long busy;  ///< lanes that have not ended their path, at the end of a launch
+  unsigned next;   ///< the first of the paths that nobody has
+  unsigned begun;  ///< paths that have begun
+  unsigned busy;   ///< lanes that have not ended their path, at the end of a launch
 };
 
 /// One lane of a warp, for take_turn(): the others do the same at the same time.
 template <class Pass>
 class WarpLane {
  public:
-  __device__ WarpLane(Lane<Pass>& lane, Queue& queue, unsigned long long end)
-      : lane_(lane), queue_(queue), end_(end) {}
+  __device__ WarpLane(Lane<Pass>& lane, const Begun<Pass>* begun, Queue& queue)
+      : lane_(lane), begun_(begun), queue_(queue) {}
 
-  /// \return whether no lane has anything to do.
-  __device__ bool is_done() const {
-    return is_empty_ && __all_sync(whole_warp, lane_.stage() == Stage::idle);
+  /// \param more whether more paths will begin once these are taken. \return whether the lanes
+  /// have nothing to do, or too little.
+  __device__ bool is_done(bool more) const {
+    return is_empty_ && (more || __all_sync(whole_warp, lane_.stage() == Stage::idle));
   }
 
   __device__ Stage fullest() const {
-    return fullest_stage(!is_empty_, [&](Stage stage) {
-      return __popc(__ballot_sync(whole_warp, lane_.stage() == stage));
+    const Stage here = lane_.stage();
+    const unsigned idle = is_empty_ ? 0 : __popc(__ballot_sync(whole_warp, here == Stage::idle));
+#if __CUDA_ARCH__ >= 800
+    // One sum instead of five votes: six bits for the lanes at each stage.
+    const auto place = [](Stage stage) { return 6u * (static_cast<unsigned>(stage) - 1u); };
+    const unsigned counts =
+        __reduce_add_sync(whole_warp, here == Stage::idle ? 0u : 1u << place(here));
+    return fullest_stage(idle, [&](Stage stage) { return counts >> place(stage) & 63u; });
+#else
+    return fullest_stage(idle, [&](Stage stage) {
+      return static_cast<unsigned>(__popc(__ballot_sync(whole_warp, here == stage)));
     });
+#endif
   }
 
-  __device__ void begin() {
+  __device__ void take() {
     const bool is_idle = lane_.stage() == Stage::idle;
     const unsigned idle = __ballot_sync(whole_warp, is_idle);
     if (is_empty_ || idle == 0) return;
     const unsigned me = threadIdx.x % warpSize;
     const int first_idle = __ffs(static_cast<int>(idle)) - 1;
-    unsigned long long first = 0;
+    unsigned first = 0;
     if (static_cast<int>(me) == first_idle)
-      first = atomicAdd(&queue_.next, static_cast<unsigned long long>(__popc(idle)));
+      first = atomicAdd(&queue_.next, static_cast<unsigned>(__popc(idle)));
     first = __shfl_sync(whole_warp, first, first_idle);
-    const unsigned long long index = first + __popc(idle & ((1u << me) - 1u));
-    is_empty_ = first >= end_;
-    if (is_idle && index < end_) lane_.begin(index);
+    const unsigned index = first + __popc(idle & ((1u << me) - 1u)), end = queue_.begun;
+    is_empty_ = first >= end;
+    if (is_idle && index < end) lane_.take(begun_[index]);
     __syncwarp();
   }
 
@@ -67,8 +79,8 @@ class WarpLane {
 
  private:
   Lane<Pass>& lane_;
+  const Begun<Pass>* begun_;
   Queue& queue_;
-  const unsigned long long end_;
   bool is_empty_ = false;
 };
 
@@ -79,23 +91,33 @@ inline constexpr bool is_plain =
 /// Blocks of a multiprocessor at the same time: as many as leave lanes the registers that they ask
 /// for, so that none has a stack (tests/guards/cuda.sh).
 template <class Pass>
-inline constexpr int blocks_at_once = sizeof(typename Pass::State) > 64  ? 2
-                                      : is_plain<decltype(Pass::medium)> ? 4
-                                                                         : 3;
+inline constexpr int blocks_at_once = sizeof(typename Pass::State) > 64  ? 3
+                                      : is_plain<decltype(Pass::medium)> ? 5
+                                                                         : 4;
 
-/// Lanes that take a new path when theirs ends, for a number of turns; `kept` is what they are in
-/// the midst of.
+/// Paths begin, in any order: those of indices [begin, end) that have a flight.
+template <class Pass>
+__global__ void __launch_bounds__(block_size, 3)
+    begin_paths(const __grid_constant__ Pass pass, std::uint64_t begin, std::uint64_t end,
+                Begun<Pass>* begun, Queue* queue) {
+  const std::uint64_t index = begin + std::uint64_t{blockIdx.x} * blockDim.x + threadIdx.x;
+  Begun<Pass> path;
+  if (index < end && tyndall::begin(pass, index, path)) begun[atomicAdd(&queue->begun, 1u)] = path;
+}
+
+/// Lanes that take a new path when theirs ends, for a number of turns, or until there are none
+/// left and `more` will begin; `kept` is what they are in the midst of.
 template <class Pass>
 __global__ void __launch_bounds__(block_size, blocks_at_once<Pass>)
-    run_lanes(const __grid_constant__ Pass pass, typename Lane<Pass>::Saved* kept, Queue* queue,
-              unsigned long long end, int turns) {
+    run_lanes(const __grid_constant__ Pass pass, typename Lane<Pass>::Saved* kept,
+              const Begun<Pass>* begun, Queue* queue, bool more, int turns) {
   const unsigned l = blockIdx.x * blockDim.x + threadIdx.x;
   Lane<Pass> lane(pass, kept[l]);
-  WarpLane<Pass> warp(lane, *queue, end);
-  for (int turn = 0; turn < turns && !warp.is_done(); ++turn) take_turn(warp);
+  WarpLane<Pass> warp(lane, begun, *queue);
+  for (int turn = 0; turn < turns && !warp.is_done(more); ++turn) take_turn(warp);
   kept[l] = lane.save();
   lane.write_down();
-  if (lane.stage() != Stage::idle) atomicAdd(&queue->busy, 1ull);
+  if (lane.stage() != Stage::idle) atomicAdd(&queue->busy, 1u);
 }
 
 /// One index a lane.
@@ -106,10 +128,11 @@ __global__ void __launch_bounds__(block_size, 3)
   if (index < end) pass(index);
 }
 
-/// Makes work of unknown length into launches of a few hundredths of a second.
+/// Makes work of unknown length into launches of a few hundredths of a second. `most` is what
+/// takes about that long where it is lightest: launches may also end early for want of paths.
 class Pace {
  public:
-  explicit Pace(std::uint64_t first) : amount_(first) {}
+  Pace(std::uint64_t first, std::uint64_t most) : amount_(first), most_(most) {}
   std::uint64_t amount() const { return amount_; }
 
   /// Waits for what launch(amount) has begun.
@@ -120,13 +143,17 @@ class Pace {
     require(cudaGetLastError(), "launching a kernel");
     require(cudaDeviceSynchronize(), "running a kernel");
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-    if (took.count() < 0.02) amount_ *= 2;
+    if (took.count() < 0.02) amount_ = std::min(2 * amount_, most_);
     if (took.count() > 0.1) amount_ = std::max<std::uint64_t>(amount_ / 2, 1);
   }
 
  private:
-  std::uint64_t amount_;
+  std::uint64_t amount_, most_;
 };
+
+inline std::uint64_t blocks_of(std::uint64_t indices) {
+  return (indices + block_size - 1) / block_size;
+}
 
 /// \return blocks that the device runs at the same time, or fewer where `indices` need no more.
 template <class Kernel>
@@ -138,33 +165,49 @@ unsigned resident_blocks(Kernel kernel, std::uint64_t indices) {
   require(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, kernel, block_size, 0),
           "asking for the kernel's occupancy");
   const auto most = static_cast<std::uint64_t>(processors) * static_cast<std::uint64_t>(blocks);
-  return static_cast<unsigned>(
-      std::clamp<std::uint64_t>((indices + block_size - 1) / block_size, 1, most));
+  return static_cast<unsigned>(std::clamp<std::uint64_t>(blocks_of(indices), 1, most));
 }
 
 /// Paths by lanes that are kept busy.
 template <class Pass>
 std::uint64_t run_by_lanes(const Pass& pass, IndexRange range, const Interrupts& interrupts,
                            std::uint64_t together) {
-  const unsigned blocks = resident_blocks(run_lanes<Pass>, range.end - range.begin);
+  constexpr std::uint64_t most_begun = 1 << 20;
+  const std::uint64_t size = range.end - range.begin;
+  const unsigned blocks = resident_blocks(run_lanes<Pass>, size);
   Buffer<typename Lane<Pass>::Saved> kept(std::size_t{blocks} * block_size);
-  Queue state{range.begin, 0};
+  Buffer<Begun<Pass>> begun(std::min(size, most_begun));
+  Queue state{};
   Buffer<Queue> queue(&state, 1);
-  Pace turns(256);
-  for (std::uint64_t end = range.end;;) {
+  Pace turns(256, 1 << 16);
+  std::uint64_t next = range.begin, end = range.end, wanted = kept.size();
+  for (int launches = 0;; ++launches) {
     stop_if(interrupts.stop);
-    if (interrupts.pause && interrupts.pause()) {  // what is begun is ended
-      const std::uint64_t begun = state.next - range.begin;
-      end = std::min(end, range.begin + (begun + together - 1) / together * together);
+    if (interrupts.pause && interrupts.pause()) {  // what has begun is ended
+      const std::uint64_t before = next - range.begin;
+      end = std::min(end, range.begin + (before + together - 1) / together * together);
+    }
+    const bool is_empty = state.next >= state.begun;
+    if (is_empty && next >= end && state.busy == 0) return end;
+    state.busy = 0;
+    if (is_empty) state.next = state.begun = 0;
+    queue.write(&state);
+    if (is_empty && next < end) {
+      // As many as lanes end in a few launches, so that one need not wait long for a pause.
+      if (launches < 2) wanted = std::min(2 * wanted, most_begun);
+      if (launches > 4) wanted = wanted / 2 + 1;
+      launches = 0;
+      const std::uint64_t last = next + std::min(end - next, wanted);
+      begin_paths<<<static_cast<unsigned>(blocks_of(last - next)), block_size>>>(
+          pass, next, last, begun.data(), queue.data());
+      require(cudaGetLastError(), "launching a kernel");
+      next = last;
     }
     turns.run([&] {
-      run_lanes<<<blocks, block_size>>>(pass, kept.data(), queue.data(), end,
+      run_lanes<<<blocks, block_size>>>(pass, kept.data(), begun.data(), queue.data(), next < end,
                                         static_cast<int>(turns.amount()));
     });
     state = queue.read()[0];
-    if (state.busy == 0 && state.next >= end) return end;
-    state.busy = 0;
-    queue.write(&state);
   }
 }
 
@@ -178,8 +221,7 @@ std::uint64_t run_by_indices(const Pass& pass, IndexRange range, const Interrupt
     const std::uint64_t wanted = (indices.amount() + together - 1) / together * together;
     const std::uint64_t end = begin + std::min(range.end - begin, wanted);
     indices.run([&] {
-      const auto blocks = static_cast<unsigned>((end - begin + block_size - 1) / block_size);
-      run_indices<<<blocks, block_size>>>(pass, begin, end);
+      run_indices<<<static_cast<unsigned>(blocks_of(end - begin)), block_size>>>(pass, begin, end);
     });
     begin = end;
   }
@@ -193,7 +235,7 @@ std::uint64_t run_pass(const Pass& pass, IndexRange range, const Interrupts& int
   if constexpr (has_lanes<Pass>)
     return run_by_lanes(pass, range, interrupts, together);
   else {
-    Pace indices(1 << 14);
+    Pace indices(1 << 14, 1 << 28);
     return run_by_indices(pass, range, interrupts, together, indices);
   }
 }

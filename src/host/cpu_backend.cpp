@@ -26,6 +26,7 @@ class CpuBackend final : public Backend {
     return fmt::format("cpu, {} thread{}", threads_, threads_ == 1 ? "" : "s");
   }
   int threads() const override { return threads_; }
+  double table_points() const override { return NoiseTable::processor_points; }
 
   void load(const PreparedScene& scene, const Stop& stop, const Stop& pause) override {
     scene_ = &scene;

@@ -17,7 +17,8 @@ class Warp {
  public:
   static constexpr int lanes = 32;
 
-  Warp(const Pass& pass, std::uint64_t begin, std::uint64_t end) : next_(begin), end_(end) {
+  Warp(const Pass& pass, std::uint64_t begin, std::uint64_t end)
+      : pass_(pass), next_(begin), end_(end) {
     for (int l = 0; l < lanes; ++l) lanes_.emplace_back(pass, typename Lane<Pass>::Saved{});
   }
 
@@ -54,14 +55,18 @@ class Warp {
 
   // For take_turn():
   Stage fullest() const {
-    return fullest_stage(next_ < end_, [&](Stage stage) {
-      return static_cast<int>(std::count_if(
+    const auto count = [&](Stage stage) {
+      return static_cast<unsigned>(std::count_if(
           lanes_.begin(), lanes_.end(), [&](const auto& lane) { return lane.stage() == stage; }));
-    });
+    };
+    return fullest_stage(next_ < end_ ? count(Stage::idle) : 0, count);
   }
-  void begin() {
+  void take() {
     where(Stage::idle, [&](Lane<Pass>& lane) {
-      if (next_ < end_) lane.begin(next_++);
+      Begun<Pass> begun;
+      while (next_ < end_) {
+        if (begin(pass_, next_++, begun)) return lane.take(begun);
+      }
     });
   }
   template <class Work>
@@ -75,6 +80,7 @@ class Warp {
   }
 
  private:
+  const Pass& pass_;
   std::vector<Lane<Pass>> lanes_;
   std::uint64_t next_, end_;
   std::array<Use, stage_count> uses_{};

@@ -201,8 +201,8 @@ BakedLight bake(Renderer& renderer, const Scene& whole) {
     add_words(sums.data(), r.light.data(), sums.size());
     photons += r.photons.count();
   }
-  const std::vector<float> numerator =
-      read_out_light(sums, scene.shot_power / static_cast<double>(photons));
+  std::vector<float> numerator;
+  read_out_light(sums, scene.shot_power / static_cast<double>(photons), numerator);
   const std::vector<float> denominator = smoothed(cells, read_out_matter(scene, part.matter));
 
   BakedLight out;

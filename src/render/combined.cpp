@@ -28,6 +28,7 @@ class CombinedBackend final : public Backend {
     return names;
   }
   int threads() const override { return backends_[0]->threads(); }
+  double table_points() const override { return backends_[0]->table_points(); }
 
   void load(const PreparedScene& scene, const Stop& stop, const Stop& pause) override {
     pause_ = pause;

@@ -164,6 +164,7 @@ class DistributedBackend final : public Backend {
 
   std::string name() const override { return name_; }
   int threads() const override { return threads_; }
+  double table_points() const override { return table_points_; }
 
   void load(const PreparedScene& scene, const Stop& stop, const Stop&) override {
     if (const std::int64_t others = load_all(scene, stop); others > 0) {
@@ -260,6 +261,7 @@ class DistributedBackend final : public Backend {
   Rank rank_;
   std::string name_ = fmt::format("{} ranks, each {}", rank_.ranks().size(), rank_.local().name());
   int threads_ = rank_.local().threads();
+  double table_points_ = rank_.local().table_points();
   std::uint64_t next_ticket_ = 0;
   bool is_amid_ = false;                        // a step, or broken off in one
   std::vector<float> numerator_, denominator_;  // which the local backend reads
@@ -274,7 +276,7 @@ std::unique_ptr<Backend> make_distributed_backend(Backend& local, Communicator& 
 
 void serve(const Scene& scene, Backend& local, Communicator& ranks) {
   const DefaultFloatingPoint guard;
-  const PreparedScene prepared = prepare(scene, local.threads());
+  const PreparedScene prepared = prepare(scene, local.threads(), {}, {}, local.table_points());
   Rank rank(local, ranks, nullptr);
   std::vector<float> numerator, denominator;
   for (;;) {

@@ -178,8 +178,7 @@ MajorantTables build_majorants(const std::vector<Component<AnyField>>& component
 
 std::vector<std::vector<std::int8_t>> tabulate_noise(std::vector<Component<AnyField>>& components,
                                                      const Box& box, const MajorantTables& bounds,
-                                                     int threads, const Stop& stop) {
-  constexpr double points = 128.0 * 128 * 128;  // 2 MB: about what a core's second-level cache has
+                                                     double points, int threads, const Stop& stop) {
   const glm::dvec3 extent = to_dvec3(box.extent);
   std::vector<std::vector<std::int8_t>> tables;
   for (std::size_t c = 0; c < components.size(); ++c) {

@@ -11,7 +11,7 @@ namespace tyndall {
 /// \return what they see, which must outlive them. \throws Stopped
 std::vector<std::vector<std::int8_t>> tabulate_noise(std::vector<Component<AnyField>>& components,
                                                      const Box& box, const MajorantTables& bounds,
-                                                     int threads, const Stop& stop);
+                                                     double points, int threads, const Stop& stop);
 
 /// The same for components that are grids of files: bounds of their densities in small bricks.
 std::vector<std::vector<std::uint8_t>> tabulate_bounds(std::vector<Component<AnyField>>& components,

@@ -315,7 +315,7 @@ int illumination_channels(const PreparedScene& scene, const Box& box) {
 }  // namespace
 
 PreparedScene prepare(const Scene& scene, int threads, const std::function<void(double)>& progress,
-                      const Stop& stop) {
+                      const Stop& stop, double table_points) {
   PreparedScene out;
   const Box box = view(scene.medium);
   std::vector<Component<AnyField>> components;
@@ -336,7 +336,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
 
   out.tables = build_majorants(out.components, box, scene.medium.majorant_resolution, threads,
                                progress, stop);
-  out.noise_tables = tabulate_noise(out.components, box, out.tables, threads, stop);
+  out.noise_tables = tabulate_noise(out.components, box, out.tables, table_points, threads, stop);
   out.bound_tables = tabulate_bounds(out.components, threads, stop);
   const int nx = out.tables.nx, ny = out.tables.ny, nz = out.tables.nz;
   MajorantGrid grid, whole;

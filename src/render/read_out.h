@@ -13,7 +13,9 @@ namespace tyndall {
 std::vector<float> read_out_matter(const PreparedScene& scene,
                                    const std::vector<std::int64_t>& matter);
 
-/// \return N in absolute units, of photons of `photon_power` [W].
-std::vector<float> read_out_light(const std::vector<std::int64_t>& sums, double photon_power);
+/// \param out becomes N in absolute units, of photons of `photon_power` [W]; its memory serves
+/// again, which the system would take time to clear.
+void read_out_light(const std::vector<std::int64_t>& sums, double photon_power,
+                    std::vector<float>& out);
 
 }  // namespace tyndall

@@ -242,8 +242,8 @@ class Renderer::Work {
     const PassRunner bounds(options_, "bounds", 1000, deadline_);
     return prepare(
         scene, backend_.threads(),
-        [&](double done) { bounds.report(static_cast<std::uint64_t>(done * 1000)); },
-        options_.stop);
+        [&](double done) { bounds.report(static_cast<std::uint64_t>(done * 1000)); }, options_.stop,
+        backend_.table_points());
   }
 
   // ---- What is to be done.
@@ -508,9 +508,9 @@ class Renderer::Work {
     const Replicate& replicate = part_.replicates[r];
     const std::uint64_t photons = replicate.photons.count();
     const std::vector<std::int64_t> none(replicate.light.empty() ? part_.frame.light_words : 0);
-    numerator_ =
-        read_out_light(replicate.light.empty() ? none : replicate.light,
-                       photons > 0 ? prepared_.shot_power / static_cast<double>(photons) : 0.0);
+    read_out_light(replicate.light.empty() ? none : replicate.light,
+                   photons > 0 ? prepared_.shot_power / static_cast<double>(photons) : 0.0,
+                   numerator_);
     backend_.illuminate(numerator_, denominator_);
   }
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "ordinary.h"
 #include "support/scenes.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/error.h"
@@ -25,6 +26,13 @@ class Cuda : public ::testing::Test {
   }
 };
 
+TEST_F(Cuda, rounds_quotients_and_roots_correctly) {
+  const Differences found = differences_of_ordinary();
+  EXPECT_EQ(found.inverse, 0u);
+  EXPECT_EQ(found.divide, 0u);
+  EXPECT_EQ(found.root, 0u);
+}
+
 TEST_F(Cuda, has_the_bits_of_the_cpu) {
   const Scene scene = quick();
   const RenderResult expected = render(scene, *make_cpu_backend());
@@ -41,6 +49,7 @@ TEST_F(Cuda, has_the_bits_of_the_cpu) {
 TEST_F(Cuda, has_the_bits_of_the_cpu_along_paths) {
   Scene scene = quick();
   scene.integrator = scene::Integrator::path;
+  scene.detectors = {};  // they count photons
   expect_same(render(scene, *make_cuda_backend()), render(scene, *make_cpu_backend()));
 }
 

@@ -14,6 +14,7 @@ class ForwardingBackend : public Backend {
  public:
   std::string name() const override { return cpu_->name(); }
   int threads() const override { return cpu_->threads(); }
+  double table_points() const override { return cpu_->table_points(); }
   void load(const PreparedScene& scene, const Stop& stop, const Stop& pause) override {
     cpu_->load(scene, stop, pause);
   }

@@ -201,13 +201,18 @@ TEST(SuperVoxelWalk, neighbours_along_the_way_share_a_face) {
   Random random(2);
   for (const MajorantGrid& grid : grids()) {
     for (int n = 0; n < 20000; ++n) {
-      SuperVoxelWalk walk(grid, any_ray(grid, random));
+      const Ray ray = any_ray(grid, random);
+      SuperVoxelWalk walk(grid, ray);
       for (;;) {
-        const auto before = static_cast<int>(walk.cell());
+        const SuperVoxelWalk::Place a = walk.place();
         if (!walk.cross()) break;
-        const int steps[] = {1, grid.nx, grid.nx * grid.ny};
-        const int step = steps[walk.face() / 2];
-        ASSERT_EQ(static_cast<int>(walk.cell()) - before, walk.face() % 2 == 1 ? step : -step);
+        const SuperVoxelWalk::Place b = walk.place();
+        const std::array<int, 3> moved{b.i - a.i, b.j - a.j, b.k - a.k};
+        ASSERT_EQ(std::count(moved.begin(), moved.end(), 0), 2);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          if (moved[axis] == 0) continue;
+          ASSERT_EQ(moved[axis], triple(ray.direction)[axis] > 0 ? 1 : -1);
+        }
       }
     }
   }

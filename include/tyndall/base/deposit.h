@@ -15,6 +15,9 @@ inline constexpr float weight_units = 16777216.0f;  // 2^24
 /// \return `weight` in units of 2^-24, rounded to nearest, ties to even.
 TYN_HD std::int64_t to_units(float weight) { return round_to_integer(weight * weight_units); }
 
+/// The same of a photon's, which is 1 at most, or of that times a harmonic.
+TYN_HD int photon_units(float weight) { return round_to_int(weight * weight_units); }
+
 /// Adds atomically.
 TYN_HD void deposit(std::int64_t& tally, std::int64_t amount) {
 #if defined(__CUDA_ARCH__)

@@ -11,6 +11,13 @@
 #define TYN_HD_INLINED inline
 #endif
 
+/// Before a loop of lanes, which wait for instructions, too: its text once, not several times.
+#if defined(__CUDA_ARCH__)
+#define TYN_ROLLED _Pragma("unroll 1")
+#else
+#define TYN_ROLLED
+#endif
+
 /// A contract of the core: checked in debug builds on the host, free elsewhere.
 #if !defined(NDEBUG) && !defined(__CUDA_ARCH__)
 #include <cassert>

@@ -35,6 +35,73 @@ TYN_HD float sqrt(float x) {
 #endif
 }
 
+// The same of ordinary numbers, which is what walks have. A device looks at the operands of each
+// quotient and root, and jumps where they are extraordinary; without that it is the same Newton
+// step, and the same correctly rounded result, in a third of the time (tests/cuda compares all
+// mantissas).
+
+/// Whether a step of Newton's method neither overflows nor loses digits.
+TYN_HD bool is_ordinary(float x) { return abs(x) >= 0x1p-100f && abs(x) <= 0x1p100f; }
+
+/// 1 / x
+TYN_HD float inverse(float x) {
+  TYN_EXPECT(is_ordinary(x));
+#if defined(__CUDA_ARCH__)
+  float y;
+  asm("{\n\t.reg .f32 r, e;\n\t"
+      "rcp.approx.ftz.f32 r, %1;\n\t"
+      "fma.rn.f32 e, %1, r, 0fBF800000;\n\t"
+      "neg.f32 e, e;\n\t"
+      "fma.rn.f32 %0, r, e, r;\n\t}"
+      : "=f"(y)
+      : "f"(x));
+  return y;
+#else
+  return 1.0f / x;
+#endif
+}
+
+/// a / b
+TYN_HD float divide(float a, float b) {
+  TYN_EXPECT(is_ordinary(a) && is_ordinary(b));
+#if defined(__CUDA_ARCH__)
+  float y;
+  asm("{\n\t.reg .f32 n, r, e, q;\n\t"
+      "rcp.approx.ftz.f32 r, %2;\n\t"
+      "neg.f32 n, %2;\n\t"
+      "fma.rn.f32 e, n, r, 0f3F800000;\n\t"
+      "fma.rn.f32 r, r, e, r;\n\t"
+      "mul.rn.f32 q, %1, r;\n\t"
+      "fma.rn.f32 e, n, q, %1;\n\t"
+      "fma.rn.f32 %0, r, e, q;\n\t}"
+      : "=f"(y)
+      : "f"(a), "f"(b));
+  return y;
+#else
+  return a / b;
+#endif
+}
+
+/// Square root of an ordinary number above 0, or of 0.
+TYN_HD float root(float x) {
+  TYN_EXPECT(x == 0.0f || (x > 0.0f && is_ordinary(x)));
+#if defined(__CUDA_ARCH__)
+  float y;
+  asm("{\n\t.reg .f32 r, n, e;\n\t"
+      "rsqrt.approx.ftz.f32 r, %1;\n\t"
+      "mul.rn.f32 %0, %1, r;\n\t"
+      "mul.rn.f32 r, r, 0f3F000000;\n\t"
+      "neg.f32 n, %0;\n\t"
+      "fma.rn.f32 e, n, %0, %1;\n\t"
+      "fma.rn.f32 %0, e, r, %0;\n\t}"
+      : "=&f"(y)
+      : "f"(x));
+  return x > 0.0f ? y : 0.0f;
+#else
+  return std::sqrt(x);
+#endif
+}
+
 TYN_HD float floor(float x) {
 #if defined(__CUDA_ARCH__)
   return ::floorf(x);
@@ -49,6 +116,16 @@ TYN_HD std::int64_t round_to_integer(float x) {
   return __float2ll_rn(x);
 #else
   return static_cast<std::int64_t>(std::nearbyint(x));
+#endif
+}
+
+/// The same in 32 bits, which devices convert to four times as fast. Expects |x| < 2^31.
+TYN_HD int round_to_int(float x) {
+  TYN_EXPECT(abs(x) < 2147483648.0f);
+#if defined(__CUDA_ARCH__)
+  return __float2int_rn(x);
+#else
+  return static_cast<int>(std::nearbyint(x));
 #endif
 }
 

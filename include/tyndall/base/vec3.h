@@ -39,14 +39,14 @@ TYN_HD Vec3<R> cross(Vec3<R> a, Vec3<R> b) {
 }
 
 TYN_HD float length(Vec3f a) { return sqrt(dot(a, a)); }
-TYN_HD Vec3f normalize(Vec3f a) { return (1.0f / length(a)) * a; }
+TYN_HD Vec3f normalize(Vec3f a) { return inverse(root(dot(a, a))) * a; }
 TYN_HD float largest(Vec3f a) { return max(a.x, max(a.y, a.z)); }
 
 /// \return `local` (z along the unit vector `axis`) in the frame of `axis`, without branches
 /// [Duff2017].
 TYN_HD Vec3f to_frame_of(Vec3f axis, Vec3f local) {
   const float sign = axis.z >= 0.0f ? 1.0f : -1.0f;
-  const float a = -1.0f / (sign + axis.z);
+  const float a = -inverse(sign + axis.z);
   const float b = axis.x * axis.y * a;
   const Vec3f s{1.0f + sign * axis.x * axis.x * a, sign * b, -sign * axis.x};
   const Vec3f t{b, sign + axis.y * axis.y * a, -axis.y};
@@ -55,7 +55,7 @@ TYN_HD Vec3f to_frame_of(Vec3f axis, Vec3f local) {
 
 /// The direction at `cosine` from `axis`, turned about it by `turn` in [0, 1] of a full circle.
 TYN_HD Vec3f direction_around(Vec3f axis, float cosine, float turn) {
-  const float sine = sqrt(max(0.0f, (1.0f - cosine) * (1.0f + cosine)));
+  const float sine = root(max(0.0f, (1.0f - cosine) * (1.0f + cosine)));
   const SinCos phi = sin_cos_turn(turn);
   return normalize(to_frame_of(axis, {sine * phi.cos, sine * phi.sin, cosine}));
 }

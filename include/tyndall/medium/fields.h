@@ -74,7 +74,8 @@ struct NoiseCloud {
   /// 0 on the axis of the body, 1 on its surface.
   TYN_HD float relative_distance_squared(Vec3f p) const {
     const float height = p.y - center.y;
-    const float shrink = 1.0f / max(1.0f + growth * height, smallest_growth);
+    const float shrink =
+        growth == 0.0f ? 1.0f : 1.0f / max(1.0f + growth * height, smallest_growth);
     const float x = (p.x - (center.x + lean_x * height)) * inverse_radii.x * shrink;
     const float y = height * inverse_radii.y;
     const float z = (p.z - (center.z + lean_z * height)) * inverse_radii.z * shrink;
@@ -142,7 +143,7 @@ struct NoiseCloud {
     s.noise = s.noise + s.amplitude * gradient_noise(s.p, octave_seed(seed, s.octaves));
     s.rest = s.rest - noise_bound * s.amplitude;
     s.amplitude = s.amplitude * gain;
-    if (s.answer == Squeeze::Answer::open) settle(s, extinction, v);
+    settle(s, extinction, v);
   }
 
   /// The density, of all octaves.
@@ -150,7 +151,7 @@ struct NoiseCloud {
 
   /// Undoes the transfer: v < extinction * density where the noise is above this, but for rounding.
   TYN_HD float threshold(float extinction, float v, float body) const {
-    return v / (extinction * contrast) - body;
+    return divide(v, extinction * contrast) - body;
   }
   /// What the octaves left out add at most, widened by all that rounding may do.
   TYN_HD static float widened(float rest, float body, float threshold) {
@@ -167,11 +168,14 @@ struct NoiseCloud {
   static constexpr float squeeze_rounding = 4e-6f;
 
  private:
+  // Without branches: lanes settle together.
   TYN_HD void settle(Squeeze& s, float extinction, float v) const {
-    const bool all = s.octaves == octaves;
-    if (!all && !(abs(s.noise - s.undone) > s.rest)) return;
-    const bool exceeds = all ? v < extinction * squeezed_density(s) : s.noise > s.undone;
-    s.answer = exceeds ? Squeeze::Answer::yes : Squeeze::Answer::no;
+    const bool all = s.octaves == octaves, sure = abs(s.noise - s.undone) > s.rest;
+    const bool above = s.noise > s.undone, exceeds = v < extinction * squeezed_density(s);
+    const bool open = s.answer == Squeeze::Answer::open;
+    const Squeeze::Answer answer =
+        (all ? exceeds : above) ? Squeeze::Answer::yes : Squeeze::Answer::no;
+    s.answer = open & (all | sure) ? answer : s.answer;
   }
 };
 

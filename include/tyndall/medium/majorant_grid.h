@@ -36,8 +36,9 @@ struct MajorantGrid {
   const float* lower = nullptr;  ///< [components][nx ny nz] sigma_min [1/length]
 
   TYN_HD std::size_t cells() const { return static_cast<std::size_t>(nx) * ny * nz; }
+  /// In 32 bits, which lanes multiply at once.
   TYN_HD std::size_t index(int i, int j, int k) const {
-    return (static_cast<std::size_t>(k) * ny + j) * nx + i;
+    return static_cast<std::uint32_t>((k * ny + j) * nx + i);
   }
 
   /// The super-voxel of a position; positions a rounding error outside the box belong to its last

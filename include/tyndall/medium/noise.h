@@ -28,11 +28,15 @@ TYN_HD std::uint32_t lattice_hash(std::uint32_t mixed) {
 }
 
 /// \return edge gradient `h` times (x, y, z): +-x +-y for h = 0 to 3, +-x +-z to 7, +-y +-z to 11.
-/// Selects by masks: a branch on a random number is mispredicted every other time.
+/// The host selects by masks: a branch on a random number is mispredicted every other time.
 TYN_HD float gradient_dot(std::uint32_t h, float x, float y, float z) {
+#if defined(__CUDA_ARCH__)
+  const std::uint32_t u = float_bits(h < 8u ? x : y), v = float_bits(h < 4u ? y : z);
+#else
   const std::uint32_t last = 0u - (h >> 3), first = 0u - ((h - 4u) >> 31);
   const std::uint32_t u = (float_bits(y) & last) | (float_bits(x) & ~last);
   const std::uint32_t v = (float_bits(y) & first) | (float_bits(z) & ~first);
+#endif
   return bits_float(u ^ (h << 31)) + bits_float(v ^ (h >> 1 << 31));
 }
 
@@ -94,6 +98,11 @@ TYN_HD float fractal_noise_bound(int octaves, float gain) {
 /// before the first octave; no walk crosses its cells, so they may be far finer than super-voxels.
 /// docs/bounds.md, 9.
 struct NoiseTable {
+  // The more points, the fewer octaves a decision takes, as long as caches hold them: the second
+  // level of a core, or that of the larger devices. No decision changes.
+  static constexpr double processor_points = 128.0 * 128 * 128;
+  static constexpr double device_points = 256.0 * 256 * 256;
+
   const std::int8_t* values = nullptr;  ///< [nz][ny][nx], and 2 more; nullptr: no table
   Vec3f low{0, 0, 0}, inverse_cell_size{0, 0, 0};
   int nx = 0, ny = 0, nz = 0;

@@ -130,7 +130,7 @@ struct Phase {
       const float numerator = x * square + 0.5f * g * (x * x * square + 3.0f - g * g);
       return clamp(numerator / (d * d), -1.0f, 1.0f);
     }
-    const float s = (1.0f - g * g) / d;
+    const float s = divide(1.0f - g * g, d);
     return clamp((square - s * s) / (2.0f * g), -1.0f, 1.0f);
   }
 

@@ -38,6 +38,8 @@ class Backend {
   virtual std::string name() const = 0;
   /// Of the host, for what is prepared there.
   virtual int threads() const = 0;
+  /// Of each noise, for the same: see NoiseTable.
+  virtual double table_points() const = 0;
 
   /// Takes a scene, which must outlive the work, and clears all tallies. What follows throws
   /// Stopped where `stop` says so, and begins nothing more of a range once `pause` does.

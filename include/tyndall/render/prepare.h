@@ -80,9 +80,10 @@ struct PreparedScene {
 };
 
 /// \param threads for the bounds. \param progress told the share done, by the calling thread.
-/// \throws Stopped
+/// \param table_points of each noise: see NoiseTable. \throws Stopped
 PreparedScene prepare(const Scene& scene, int threads,
-                      const std::function<void(double)>& progress = {}, const Stop& stop = {});
+                      const std::function<void(double)>& progress = {}, const Stop& stop = {},
+                      double table_points = NoiseTable::processor_points);
 
 /// The bounds alone. `components` in the order of the tables; `resolution` as
 /// scene::Medium::majorant_resolution.

@@ -85,10 +85,10 @@ struct IlluminationTally {
         sums + cell * static_cast<std::size_t>(cells.moments()) + group * cells.group_moments();
     for (int i = 0; i < harmonics(cells.order); ++i) {
       const float y = harmonic(i, direction);
-      deposit(*sum++, to_units(weight.x * y));
+      deposit(*sum++, photon_units(weight.x * y));
       if (cells.channels == 1) continue;
-      deposit(*sum++, to_units(weight.y * y));
-      deposit(*sum++, to_units(weight.z * y));
+      deposit(*sum++, photon_units(weight.y * y));
+      deposit(*sum++, photon_units(weight.z * y));
     }
   }
 };

@@ -20,6 +20,25 @@ inline constexpr bool has_lanes = requires(const Pass& pass) {
   pass.sampler.grid(pass.medium);
 };
 
+/// A path that waits for a lane. Paths begin apart from the lanes, many at once: what it takes is
+/// much text, which is needed once, and would cost the others registers and instruction cache.
+template <class Pass>
+struct Begun {
+  std::uint64_t stream;  ///< whose random numbers it has
+  Path path;
+  typename Pass::State state;
+};
+
+/// \return whether path `index` of a pass has a flight; where it has none, it is written down.
+template <class Pass>
+TYN_HD bool begin(const Pass& pass, std::uint64_t index, Begun<Pass>& begun) {
+  begun.stream = pass.stream(index);
+  const RandomStream random{pass.seed, begun.stream, Pass::domain};
+  if (pass.begin(begun.state, random, begun.path)) return true;
+  pass.end(begun.state);
+  return false;
+}
+
 /// One path at a time, of such a pass.
 template <class Pass>
 class Lane {
@@ -46,6 +65,9 @@ class Lane {
   TYN_HD Saved save() const {
     Saved saved = now_;
     saved.tracker = tracker_.save();
+    // Nobody asks for these again: they need no registers between the pieces of work.
+    saved.path.ray = {};
+    saved.path.drawn.a = saved.path.drawn.b = 0;
     return saved;
   }
 
@@ -53,19 +75,25 @@ class Lane {
 
   // The pieces of work. Expect the lane to be at their stage.
 
-  TYN_HD void begin(std::uint64_t index) {
-    now_.stream = pass_.stream(index);
-    go_on(pass_.begin(now_.state, random(), now_.path));
+  TYN_HD void take(const Begun<Pass>& begun) {
+    now_.stream = begun.stream;
+    now_.path = begun.path;
+    now_.state = begun.state;
+    set_out();
   }
 
   TYN_HD void walk() {
-    const Tracker::Event event = tracker_.step(now_.path);
-    if (event == Tracker::Event::tentative) now_.stage = Stage::draw;
-    if (event == Tracker::Event::ended) now_.stage = Stage::leave;
+    const Tracker::Event event = tracker_.cross(now_.path);
+    if (event == Tracker::Event::crossed) return;
+    now_.stage = event == Tracker::Event::within ? Stage::draw : Stage::leave;
   }
 
   TYN_HD void draw() {
-    ++audit_.tentative;
+    if (!tracker_.arrive(now_.path)) {
+      now_.stage = Stage::leave;
+      return;
+    }
+    ++count_.tentative;
     now_.v = tracker_.draw(now_.path, random());
     now_.component = pass_.medium.choose(grid_, tracker_.cell(), now_.v);
     if (now_.component == virtual_particle) return meet(false);
@@ -99,31 +127,44 @@ class Lane {
   }
 
   TYN_HD void leave() {
+    if (tracker_.wrap(now_.path)) {
+      now_.stage = Stage::walk;
+      return;
+    }
     const Flight flight = land();
     go_on(pass_.leave(now_.state, flight, random(), now_.path));
   }
 
   /// Counts what the lane did since the last time.
   TYN_HD void write_down() {
-    audit_.lookups += lookups_.lookups;
-    audit_.octaves += lookups_.octaves;
-    audit_.violations += lookups_.violations;
-    deposit_audit(pass_.accounts.own().audit, audit_);
-    audit_ = {};
+    deposit_audit(pass_.accounts.own().audit,
+                  {count_.flights, count_.cells, count_.tentative, count_.real, lookups_.lookups,
+                   lookups_.octaves, lookups_.violations});
+    count_ = {};
     lookups_.lookups = lookups_.octaves = lookups_.violations = 0;
   }
 
  private:
-  /// After a flight, and before the first.
-  TYN_HD void go_on(bool goes_on) {
-    now_.stage = goes_on ? Stage::walk : Stage::idle;
-    if (!goes_on) return pass_.end(now_.state);
-    ++audit_.flights;
+  /// Of an Audit, in half as many registers: enough for one launch.
+  struct Counts {
+    std::uint32_t flights = 0, cells = 0, tentative = 0, real = 0;
+  };
+
+  TYN_HD void set_out() {
+    now_.stage = Stage::walk;
+    ++count_.flights;
     tracker_.start(now_.path.ray);
   }
 
+  /// After a flight.
+  TYN_HD void go_on(bool goes_on) {
+    if (goes_on) return set_out();
+    now_.stage = Stage::idle;
+    pass_.end(now_.state);
+  }
+
   TYN_HD Flight land() {
-    audit_.cells += tracker_.cells();
+    count_.cells += static_cast<std::uint32_t>(tracker_.cells());
     return tracker_.land(now_.path);
   }
 
@@ -139,7 +180,7 @@ class Lane {
   }
 
   TYN_HD void meet(bool real) {
-    audit_.real += real ? 1 : 0;
+    count_.real += real ? 1 : 0;
     const bool ends = tracker_.meet(real ? now_.component : virtual_particle);
     now_.stage = !ends ? Stage::walk : real ? Stage::collide : Stage::leave;
   }
@@ -154,40 +195,41 @@ class Lane {
   const MajorantGrid& grid_;
   Saved now_;
   Tracker tracker_;
-  Audit audit_;
+  Counts count_;
   Lookups lookups_;
 };
 
-// Each choice costs about 20 instructions of voting. Counted with the emulated warp
-// (docs/gpu.md): more steps at once leave too many lanes waiting for the last.
-inline constexpr int steps_per_turn = 4, octaves_per_turn = 2;
+// Each choice costs 65 instructions of voting; more steps at once leave more lanes waiting for the
+// last. Measured (docs/gpu.md).
+inline constexpr int steps_per_turn = 3, octaves_per_turn = 4;
 
-/// \param count (stage) -> int, the lanes at it. \return where most are; idle ones count where
-/// there are paths for them.
+/// \param count (stage) -> unsigned, the lanes at it, of all but the idle ones. \return where most
+/// are, or the earlier one of two.
 template <class Count>
-TYN_HD Stage fullest_stage(bool has_paths, Count&& count) {
-  Stage fullest = Stage::walk;
-  int most = 0;
-  for (int i = has_paths ? 0 : 1; i < stage_count; ++i) {
-    const auto stage = static_cast<Stage>(i);
-    const int lanes = count(stage);
-    if (lanes > most) fullest = stage, most = lanes;
+TYN_HD Stage fullest_stage(unsigned idle, Count&& count) {
+  // The number above the stage, so that a maximum of both is all it takes.
+  unsigned fullest = idle * 8u + static_cast<unsigned>(stage_count);
+  for (int i = 1; i < stage_count; ++i) {
+    const unsigned lanes = count(static_cast<Stage>(i));
+    const unsigned here = lanes * 8u + static_cast<unsigned>(stage_count - i);
+    fullest = here > fullest ? here : fullest;
   }
-  return fullest;
+  return static_cast<Stage>(stage_count - static_cast<int>(fullest & 7u));
 }
 
 /// One turn of lanes that go in lockstep: the piece of work that most of them wait for, so that as
 /// many as can be do something. `lanes` has
 ///   Stage fullest()                  at which most lanes are
-///   void begin()                     gives the idle ones new paths, as long as there are any
+///   void take()                      gives the idle ones new paths, as long as there are any
 ///   void where(Stage, Work&& work)   calls work(lane) for the lanes at a stage
 template <class Lanes>
 TYN_HD_INLINED void take_turn(Lanes& lanes) {
   switch (lanes.fullest()) {
     case Stage::idle:
-      lanes.begin();
+      lanes.take();
       break;
     case Stage::walk:
+      TYN_ROLLED
       for (int i = 0; i < steps_per_turn; ++i)
         lanes.where(Stage::walk, [](auto& lane) { lane.walk(); });
       break;
@@ -195,6 +237,7 @@ TYN_HD_INLINED void take_turn(Lanes& lanes) {
       lanes.where(Stage::draw, [](auto& lane) { lane.draw(); });
       break;
     case Stage::add_octave:
+      TYN_ROLLED
       for (int i = 0; i < octaves_per_turn; ++i)
         lanes.where(Stage::add_octave, [](auto& lane) { lane.add_octave(); });
       break;

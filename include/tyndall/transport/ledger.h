@@ -50,11 +50,11 @@ struct Account {
   Audit audit;
 };
 
-/// Accounts that add up to one: those who share one wait for each other.
+/// Accounts that add up to one: those who share one wait for each other. A power of two of them.
 struct Accounts {
   Account* first;
   unsigned count = 1;
-  TYN_HD Account& own() const { return first[worker() % count]; }
+  TYN_HD Account& own() const { return first[worker() & (count - 1u)]; }
 };
 
 /// Nothing but counts: an account is also an array of them.

@@ -15,9 +15,9 @@
 namespace tyndall {
 
 TYN_HD void deposit_weight(std::int64_t (&tally)[3], Vec3f weight) {
-  deposit(tally[0], to_units(weight.x));
-  deposit(tally[1], to_units(weight.y));
-  deposit(tally[2], to_units(weight.z));
+  deposit(tally[0], photon_units(weight.x));
+  deposit(tally[1], photon_units(weight.y));
+  deposit(tally[2], photon_units(weight.z));
 }
 
 TYN_HD void deposit_audit(Audit& tally, const Audit& part) {
@@ -41,12 +41,13 @@ struct Scattering {
 TYN_HD Scattering scatter(Vec3f weight, Vec3f albedo, const RandomStream& random,
                           std::uint32_t event) {
   const Vec3f scattered = weight * albedo;
-  const float survival = largest(scattered) / largest(weight);
-  if (!(survival > 0.0f)) return {{0, 0, 0}, true, false};
-  if (survival >= 1.0f) return {scattered, false, false};
+  const float most = largest(scattered);
+  if (!(most > 0.0f)) return {{0, 0, 0}, true, false};
+  if (most >= largest(weight)) return {scattered, false, false};
+  const float survival = divide(most, largest(weight));
   if (uniform(random.block(event, Purpose::scatter).a) >= survival) return {{0, 0, 0}, false, true};
   const float largest_weight = largest(weight);
-  const Vec3f kept = (1.0f / survival) * scattered;
+  const Vec3f kept = inverse(survival) * scattered;
   return {{min(kept.x, largest_weight), min(kept.y, largest_weight), min(kept.z, largest_weight)},
           false,
           false};
@@ -194,9 +195,9 @@ struct ShootPass {
     const float share[3] = {albedo.x, albedo.y, albedo.z};
     const float after[3] = {next.weight.x, next.weight.y, next.weight.z};
     for (int c = 0; c < 3; ++c) {
-      const std::int64_t scattered = to_units(before[c] * share[c]);
-      taken[c] = to_units(before[c]) - scattered;
-      const std::int64_t roulette = scattered - to_units(after[c]);
+      const int scattered = photon_units(before[c] * share[c]);
+      taken[c] = photon_units(before[c]) - scattered;
+      const int roulette = scattered - photon_units(after[c]);
       if (taken[c] != 0) deposit(power[c], taken[c]);
       if (roulette != 0) deposit(ledger.roulette_power[c], roulette);
     }

@@ -45,7 +45,7 @@ TYN_HD Vec3f onto_face(const Box& box, Face face, Vec3f p) {
 }
 
 /// 1/d; 0 stands for "never" (d is 0, or so small that 1/d overflows).
-TYN_HD float inverse_component(float d) { return abs(d) < 1e-30f ? 0.0f : 1.0f / d; }
+TYN_HD float inverse_component(float d) { return abs(d) < 1e-30f ? 0.0f : inverse(d); }
 
 /// The super-voxels along a ray, one at a time, each with the stretch [t, t_exit] of the ray within
 /// it. Crossings are computed from the plane, never accumulated. Ties go x, y, z.
@@ -62,21 +62,41 @@ class SuperVoxelWalk {
   TYN_HD void advance(float distance) { t_ = min(t_ + distance, t_exit_); }
 
   /// Steps into the next super-voxel. \return false where the ray leaves the box, through face().
-  TYN_HD bool cross() { return step() || (grid_.box.is_periodic(face_) && wrap()); }
+  TYN_HD bool cross() { return step() || wrap(); }
 
   /// The same, but leaves at periodic sides too. Without branches: lanes step together.
   TYN_HD bool step() {
     t_ = t_exit_;
     const bool x = (t_x_ <= t_y_) & (t_x_ <= t_z_), y = !x & (t_y_ <= t_z_), z = !x & !y;
-    const int to_x = ray_.direction.x < 0.0f ? -1 : 1, to_y = ray_.direction.y < 0.0f ? -1 : 1,
-              to_z = ray_.direction.z < 0.0f ? -1 : 1;
-    place_.i += x ? to_x : 0;
-    place_.j += y ? to_y : 0;
-    place_.k += z ? to_z : 0;
-    face_ = x ? (to_x + 1) / 2 : y ? 2 + (to_y + 1) / 2 : 4 + (to_z + 1) / 2;
+    place_.i += x ? (ray_.direction.x < 0.0f ? -1 : 1) : 0;
+    place_.j += y ? (ray_.direction.y < 0.0f ? -1 : 1) : 0;
+    place_.k += z ? (ray_.direction.z < 0.0f ? -1 : 1) : 0;
     find_crossings();
-    return (place_.i >= 0) & (place_.i < grid_.nx) & (place_.j >= 0) & (place_.j < grid_.ny)
-           & (place_.k >= 0) & (place_.k < grid_.nz);
+    return is_inside();
+  }
+
+  /// Enters at the opposite face if it has left through a periodic side. The ray starts anew
+  /// there: a position computed along one long ray would drift.
+  TYN_HD bool wrap() {
+    if (!grid_.box.is_periodic(face())) return false;
+    before_ = before_ + t_;
+    ray_.origin = onto_face(grid_.box, face() ^ 1, position());
+    start();
+    return true;
+  }
+
+  TYN_HD bool is_inside() const {
+    return is_below(place_.i, grid_.nx) & is_below(place_.j, grid_.ny)
+           & is_below(place_.k, grid_.nz);
+  }
+  /// Through which side of the box it has left.
+  TYN_HD Face face() const {
+    return place_.i < 0           ? 0
+           : place_.i >= grid_.nx ? 1
+           : place_.j < 0         ? 2
+           : place_.j >= grid_.ny ? 3
+           : place_.k < 0         ? 4
+                                  : 5;
   }
 
   /// Which super-voxel a walk has got to.
@@ -107,9 +127,12 @@ class SuperVoxelWalk {
     start();
   }
 
-  TYN_HD Face face() const { return face_; }
-
  private:
+  /// Whether 0 <= i < n.
+  TYN_HD static bool is_below(int i, int n) {
+    return static_cast<std::uint32_t>(i) < static_cast<std::uint32_t>(n);
+  }
+
   TYN_HD void invert() {
     inverse_ = {inverse_component(ray_.direction.x), inverse_component(ray_.direction.y),
                 inverse_component(ray_.direction.z)};
@@ -138,21 +161,11 @@ class SuperVoxelWalk {
     return distance_to_plane(plane, origin, inverse);
   }
 
-  // Enters at the opposite face. The ray starts anew there: a position computed along one long ray
-  // would drift.
-  TYN_HD bool wrap() {
-    before_ = before_ + t_;
-    ray_.origin = onto_face(grid_.box, face_ ^ 1, position());
-    start();
-    return true;
-  }
-
   const MajorantGrid& grid_;
   Ray ray_;
   Vec3f inverse_;
   Place place_;
   float before_ = 0.0f, t_, t_x_, t_y_, t_z_, t_exit_;
-  Face face_ = 0;
 };
 
 /// A photon or camera ray under way: where it is, what it drew last, and what it will draw next.
@@ -181,33 +194,32 @@ struct Flight {
 /// virtual particle.
 class Tracker {
  public:
-  enum class Event { crossed, tentative, ended };
+  enum class Event { crossed, within, ended };
 
   TYN_HD Tracker(const MajorantGrid& grid, const Ray& ray) : grid_(grid), walk_(grid, ray) {}
 
-  /// Crosses into the next super-voxel, or gets to a tentative collision, or to the flight's end.
-  /// A super-voxel of majorant 0 needs no branch: tau > 0 always.
-  TYN_HD Event step(Path& path) {
-    const float sigma_maj = grid_.total[walk_.cell()];
-    const float depth = sigma_maj * walk_.length_to_exit();
-    const bool crosses = path.tau > depth;
-    if (crosses) {
-      path.tau = path.tau - depth;
-      if (crossings_ == most_crossings) return Event::ended;
-      if (!walk_.cross()) {
-        flight_.end = Flight::End::escaped;
-        flight_.face = walk_.face();
-        return Event::ended;
-      }
-      ++crossings_;
-    } else {
-      walk_.advance(path.tau / sigma_maj);
-    }
-    if (walk_.travelled() > path.reach) {
-      flight_.end = Flight::End::escaped;
-      return Event::ended;
-    }
-    return crosses ? Event::crossed : Event::tentative;
+  /// Crosses into the next super-voxel, unless the tentative collision is within this one. A
+  /// super-voxel of majorant 0 needs no branch: tau > 0 always.
+  TYN_HD Event cross(Path& path) {
+    const float depth = grid_.total[walk_.cell()] * walk_.length_to_exit();
+    if (!(path.tau > depth)) return Event::within;
+    path.tau = path.tau - depth;
+    if (crossings_ == most_crossings || !walk_.step()) return Event::ended;
+    ++crossings_;
+    return is_beyond_reach(path) ? Event::ended : Event::crossed;
+  }
+
+  /// After Event::ended. \return whether it goes on, through a periodic side.
+  TYN_HD bool wrap(const Path& path) {
+    if (walk_.is_inside() || !walk_.wrap()) return false;
+    ++crossings_;
+    return !is_beyond_reach(path);
+  }
+
+  /// After Event::within. \return whether it gets to the tentative collision.
+  TYN_HD bool arrive(const Path& path) {
+    walk_.advance(divide(path.tau, grid_.total[walk_.cell()]));
+    return !is_beyond_reach(path);
   }
 
   /// Draws for a tentative collision. \return what the extinction there must exceed for it to be
@@ -221,17 +233,25 @@ class Tracker {
   /// \param hit the component that the tentative collision was with. \return whether it ends the
   /// flight
   TYN_HD bool meet(int hit) {
-    if (hit == virtual_particle) return ++virtual_particles_ == most_virtual;
-    flight_.end = Flight::End::collided;
-    flight_.component = hit;
-    return true;
+    hit_ = hit;
+    return hit != virtual_particle || ++virtual_particles_ == most_virtual;
   }
 
-  /// Leaves `path.ray.origin` where the flight ended.
-  TYN_HD Flight land(Path& path) {
-    path.ray.origin = walk_.position();
-    flight_.length = walk_.travelled();
-    return flight_;
+  /// Leaves `path.ray` where the flight ended.
+  TYN_HD Flight land(Path& path) const {
+    path.ray = {walk_.position(), walk_.direction()};
+    Flight flight;
+    flight.length = walk_.travelled();
+    flight.component = hit_;
+    if (hit_ != virtual_particle) {
+      flight.end = Flight::End::collided;
+    } else if (!walk_.is_inside()) {
+      flight.end = Flight::End::escaped;
+      flight.face = walk_.face();
+    } else if (is_beyond_reach(path)) {
+      flight.end = Flight::End::escaped;
+    }
+    return flight;
   }
 
   TYN_HD std::size_t cell() const { return walk_.cell(); }
@@ -242,7 +262,7 @@ class Tracker {
   TYN_HD void start(const Ray& ray) {
     walk_.start(ray);
     crossings_ = virtual_particles_ = 0;
-    flight_ = {};
+    hit_ = virtual_particle;
   }
 
   /// What it takes to go on later.
@@ -250,25 +270,26 @@ class Tracker {
     Ray ray;
     SuperVoxelWalk::Place place;
     float distance, before;
-    int crossings, virtual_particles;
-    Flight flight;
+    int crossings, virtual_particles, hit;
   };
   TYN_HD Saved save() const {
-    return {walk_.ray(), walk_.place(),      walk_.distance(), walk_.before(),
-            crossings_,  virtual_particles_, flight_};
+    return {walk_.ray(),        walk_.place(), walk_.distance(), walk_.before(), crossings_,
+            virtual_particles_, hit_};
   }
   TYN_HD Tracker(const MajorantGrid& grid, const Saved& s)
       : grid_(grid),
         walk_(grid, s.ray, s.place, s.distance, s.before),
         crossings_(s.crossings),
         virtual_particles_(s.virtual_particles),
-        flight_(s.flight) {}
+        hit_(s.hit) {}
 
  private:
+  TYN_HD bool is_beyond_reach(const Path& path) const { return walk_.travelled() > path.reach; }
+
   const MajorantGrid& grid_;
   SuperVoxelWalk walk_;
   int crossings_ = 0, virtual_particles_ = 0;
-  Flight flight_;
+  int hit_ = virtual_particle;
 };
 
 /// The flat loop over the events of a flight. Leaves `path.ray.origin` where it ended.
@@ -279,9 +300,10 @@ TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
   Tracker tracker(grid, path.ray);
   Lookups lookups;
   for (;;) {
-    const Tracker::Event event = tracker.step(path);
+    const Tracker::Event event = tracker.cross(path);
     if (event == Tracker::Event::crossed) continue;
-    if (event == Tracker::Event::ended) break;
+    if (event == Tracker::Event::ended && tracker.wrap(path)) continue;
+    if (event == Tracker::Event::ended || !tracker.arrive(path)) break;
     ++audit.tentative;
     const float v = tracker.draw(path, random);
     const int hit = medium.collide(
