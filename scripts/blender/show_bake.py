@@ -24,7 +24,7 @@ def arguments():
     parser.add_argument("light", metavar="light.vdb", help="written by tyndall bake")
     parser.add_argument("picture", metavar="picture.png")
     parser.add_argument("--scene", metavar="scene.json", help="seen by this scene's camera, before its background")
-    parser.add_argument("--albedo", type=float, default=1, metavar="A", help="of the matter (1)")
+    parser.add_argument("--albedo", type=float, metavar="A", help="of all matter (the file's grid, or 1)")
     parser.add_argument("--exposure", type=float, default=0, metavar="EV", help="brightness of the picture (0)")
     parser.add_argument("--samples", type=int, default=8, metavar="N", help="per pixel (8)")
     parser.add_argument("--width", type=int, metavar="N", help="of the picture (the scene's, or 480)")
@@ -69,15 +69,22 @@ def add_volume(path, albedo):
                 made.inputs[name].default_value = value
         return made
 
-    density, inscatter = node("ShaderNodeAttribute"), node("ShaderNodeAttribute")
-    density.attribute_name, inscatter.attribute_name = "density", "inscatter"
-    scattered = nodes.new("ShaderNodeMath")
+    def grid(name):
+        made = nodes.new("ShaderNodeAttribute")
+        made.attribute_name = name
+        return made
+
+    density = grid("density")
+    scattered = nodes.new("ShaderNodeVectorMath")
     scattered.operation = "MULTIPLY"
-    links.new(density.outputs["Fac"], scattered.inputs[0])
-    scattered.inputs[1].default_value = albedo
+    links.new(grid("inscatter").outputs["Color"], scattered.inputs[0])
+    if albedo is None and "albedo" in {grid.name for grid in volume.data.grids}:
+        links.new(grid("albedo").outputs["Color"], scattered.inputs[1])
+    else:
+        scattered.inputs[1].default_value = (1 if albedo is None else albedo,) * 3
     # Black absorbs density x (1 - 0) per length: all of the extinction, as what is scattered is in the emission.
     absorption = node("ShaderNodeVolumeAbsorption", Color=(0, 0, 0, 1), Density=density.outputs["Fac"])
-    emission = node("ShaderNodeEmission", Color=inscatter.outputs["Color"], Strength=scattered.outputs[0])
+    emission = node("ShaderNodeEmission", Color=scattered.outputs[0], Strength=density.outputs["Fac"])
     both = nodes.new("ShaderNodeAddShader")
     links.new(absorption.outputs[0], both.inputs[0])
     links.new(emission.outputs[0], both.inputs[1])

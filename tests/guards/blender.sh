@@ -97,7 +97,7 @@ compare() { # WHAT, and the arguments of compare.py
 scene=$root/scenes/lonely_cloud.json
 options=(-D 'photons.illumination.resolution=[56,37,40]' -D 'camera.resolution=[128,96]')
 must "$program" bake "$scene" "${options[@]}" --photons 1e6 --voxels 96 -o light.vdb >out 2>err
-must in_blender "$root/scripts/blender/show_bake.py" light.vdb shown.png --scene "$scene" --albedo 0.999 \
+must in_blender "$root/scripts/blender/show_bake.py" light.vdb shown.png --scene "$scene" \
   --exposure -1 --width 96
 must "$program" render "$scene" -D 'camera.resolution=[96,96]' -D 'photons.illumination.resolution=[56,37,40]' \
   --photons 1e6 --samples 64 -o expected.pfm >out 2>err
