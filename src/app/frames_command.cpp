@@ -16,6 +16,7 @@
 #include "app/outputs.h"
 #include "app/progress.h"
 #include "app/signals.h"
+#include "io/denoise.h"
 #include "io/report.h"
 #include "io/scene_json.h"
 #include "render/camera.h"
@@ -33,6 +34,7 @@ namespace fs = std::filesystem;
 [[noreturn]] void usage_error(const std::string& message) { throw Error(ExitCode::usage, message); }
 
 void require_sense(const RenderArguments& a) {
+  if (a.denoises) io::require_denoiser();
   const auto refuse = [](bool given, const char* option) {
     if (given) usage_error(fmt::format("--frames and {}: not together", option));
   };
@@ -187,6 +189,7 @@ class Sequence {
     if (!is_done) return false;
     RenderResult result = renderer->result();
     finish(result, file.warnings);
+    if (arguments_.denoises) io::denoise(result.picture);
     const io::Run run{renderer->part(), result, arguments_.scene, device_.name, file.volumes};
     say(io::report_lines(run));
     outputs.write(run);

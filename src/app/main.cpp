@@ -271,6 +271,8 @@ int run(int argc, char** argv) {
                    "Gathers from the light of this part and shoots nothing")
       ->type_name("FILE");
   render->add_flag("--allow-gaps", arguments.allow_gaps, "... even if photons are missing in it");
+  render->add_flag("--denoise", arguments.denoises,
+                   "Takes the noise out of the pictures, with Open Image Denoise");
 
   render
       ->add_option("--display", arguments.display,

@@ -27,6 +27,7 @@
 #include "app/progress.h"
 #include "app/ranks.h"
 #include "app/signals.h"
+#include "io/denoise.h"
 #include "io/detectors.h"
 #include "io/output_file.h"
 #include "io/report.h"
@@ -209,6 +210,7 @@ void take_up(const RenderArguments& arguments, Renderer& renderer) {
 }
 
 void require_sense(const RenderArguments& arguments, const std::vector<std::string>& outputs) {
+  if (arguments.denoises) io::require_denoiser();
 #if !TYNDALL_ZSTD
   if (!arguments.checkpoint.empty() || !arguments.illumination.empty())
     usage_error("this build reads and writes no checkpoints and no parts (TYNDALL_ZSTD is off)");
@@ -342,6 +344,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   std::unique_ptr<Renderer> renderer;
   const auto write = [&](RenderResult& result) {
     finish(result, file.warnings);
+    if (arguments.denoises) io::denoise(result.picture);
     const io::Run run{renderer->part(), result, arguments.scene, device.name, file.volumes};
     say(io::report_lines(run));
     if (ranks) {

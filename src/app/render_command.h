@@ -37,6 +37,7 @@ struct RenderArguments {
   std::optional<IndexRange> photons, samples;  ///< see RenderOptions
   std::string illumination;                    ///< file whose light the samples read, empty: none
   bool allow_gaps = false;                     ///< in that light
+  bool denoises = false;                       ///< the pictures
   std::string display;                         ///< HOST:PORT of a viewer, empty: none
   std::string preview;                         ///< file, empty: none
   double preview_every = 5;                    ///< [s]

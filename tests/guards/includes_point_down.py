@@ -41,7 +41,7 @@ DEVICE_FLOORS = ("base", "random", "medium", "transport")
 HOST_ONLY = re.compile(
     r"(exception|fstream|functional|iomanip|iosfwd|iostream|istream|map|memory|mutex|ostream|sstream"
     r"|stdexcept|string|string_view|thread|unordered_map|vector)$"
-    r"|(openvdb|OpenEXR|Imath|Imf|OpenImageIO|nlohmann|fmt|CLI|tbb|oneapi)[/A-Z.]")
+    r"|(openvdb|OpenEXR|Imath|Imf|OpenImageIO|OpenImageDenoise|nlohmann|fmt|CLI|tbb|oneapi)[/A-Z.]")
 # Each of these is known to one source file under src/io; JSON to one header, since the table of keys is made of
 # JSON values, which nobody outside src/io may include.
 IO_LIBRARIES = {
