@@ -68,9 +68,11 @@ class SuperVoxelWalk {
   TYN_HD bool step() {
     t_ = t_exit_;
     const bool x = (t_x_ <= t_y_) & (t_x_ <= t_z_), y = !x & (t_y_ <= t_z_), z = !x & !y;
-    place_.i += x ? (ray_.direction.x < 0.0f ? -1 : 1) : 0;
-    place_.j += y ? (ray_.direction.y < 0.0f ? -1 : 1) : 0;
-    place_.k += z ? (ray_.direction.z < 0.0f ? -1 : 1) : 0;
+    const int to_x = ray_.direction.x < 0.0f ? -1 : 1, to_y = ray_.direction.y < 0.0f ? -1 : 1,
+              to_z = ray_.direction.z < 0.0f ? -1 : 1;
+    place_.i += x ? to_x : 0;
+    place_.j += y ? to_y : 0;
+    place_.k += z ? to_z : 0;
     find_crossings();
     return is_inside();
   }
@@ -89,14 +91,13 @@ class SuperVoxelWalk {
     return is_below(place_.i, grid_.nx) & is_below(place_.j, grid_.ny)
            & is_below(place_.k, grid_.nz);
   }
-  /// Through which side of the box it has left.
+  /// Through which side of the box it has left. Without branches, as step().
   TYN_HD Face face() const {
-    return place_.i < 0           ? 0
-           : place_.i >= grid_.nx ? 1
-           : place_.j < 0         ? 2
-           : place_.j >= grid_.ny ? 3
-           : place_.k < 0         ? 4
-                                  : 5;
+    const bool x = (place_.i < 0) | (place_.i >= grid_.nx);
+    const bool y = (place_.j < 0) | (place_.j >= grid_.ny);
+    const int at = x ? place_.i : y ? place_.j : place_.k;
+    const int low = x ? 0 : y ? 2 : 4;
+    return at < 0 ? low : low + 1;
   }
 
   /// Which super-voxel a walk has got to.
