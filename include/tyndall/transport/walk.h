@@ -88,8 +88,9 @@ class SuperVoxelWalk {
   }
 
   TYN_HD bool is_inside() const {
-    return is_below(place_.i, grid_.nx) & is_below(place_.j, grid_.ny)
-           & is_below(place_.k, grid_.nz);
+    const bool x = is_below(place_.i, grid_.nx), y = is_below(place_.j, grid_.ny),
+               z = is_below(place_.k, grid_.nz);
+    return x & y & z;
   }
   /// Through which side of the box it has left. Without branches, as step().
   TYN_HD Face face() const {
