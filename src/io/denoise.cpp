@@ -40,7 +40,7 @@ void denoise(Picture& picture) {
   for (PictureLayer& layer : picture.layers)
     if (layer.name == "albedo") set_image("albedo", layer.values.data(), 3);
   set_image("output", clean.data(), 3);
-  oidnSetFilter1b(filter.get(), "hdr", true);
+  oidnSetFilterBool(filter.get(), "hdr", true);
   oidnCommitFilter(filter.get());
   oidnExecuteFilter(filter.get());
   require_success();
@@ -53,7 +53,7 @@ void denoise(Picture& picture) {
     }
   }
   picture.layers.push_back(std::move(noisy));
-  const int version = oidnGetDevice1i(device.get(), "version");  // 20501: 2.5.1
+  const int version = oidnGetDeviceInt(device.get(), "version");  // 20501: 2.5.1
   picture.provenance.emplace_back("denoised", "Open Image Denoise "
                                                   + std::to_string(version / 10000) + "."
                                                   + std::to_string(version / 100 % 100));
