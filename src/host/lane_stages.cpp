@@ -39,11 +39,6 @@ constexpr Numbers numbers = [] {
   return list(s);
 }
 
-/// In 32 bits, which lanes gather with.
-inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place) {
-  return (place.k * grid.ny + place.j) * grid.nx + place.i;
-}
-
 [[gnu::flatten]] std::int64_t walk(Lanes& s, const MajorantGrid& g, int turns) {
   const int used = whole_registers(s.used);
   const MajorantGrid grid = g;
@@ -80,7 +75,7 @@ inline std::int32_t index(const MajorantGrid& grid, SuperVoxelWalk::Place place)
       count += entered ? 1 : 0;
     }
     for (int l = 0; l < used; ++l) {
-      const std::int32_t cell = index(grid, {s.i[l], s.j[l], s.k[l]});
+      const auto cell = static_cast<std::int32_t>(grid.index(s.i[l], s.j[l], s.k[l]));
       s.cell[l] = s.state[l] == Lanes::walking ? cell : s.cell[l];
     }
     cells += count;
@@ -325,7 +320,7 @@ template <Phase::Kind kind>
     s.i[l] = real ? place.i : s.i[l];
     s.j[l] = real ? place.j : s.j[l];
     s.k[l] = real ? place.k : s.k[l];
-    s.cell[l] = real ? index(grid, place) : s.cell[l];
+    s.cell[l] = real ? static_cast<std::int32_t>(grid.index(place.i, place.j, place.k)) : s.cell[l];
     s.distance[l] = real ? 0.0f : s.distance[l];
     const std::int32_t met = s.virtual_particles[l] + (hits_nothing ? 1 : 0);
     s.virtual_particles[l] = real ? 0 : met;

@@ -48,6 +48,7 @@ IO_LIBRARIES = {
     "OpenVDB": re.compile(r"openvdb/|nanovdb/tools|nanovdb/util/OpenToNanoVDB"),
     "OpenEXR": re.compile(r"(OpenEXR|Imath)/|Imf\w*\.h$"),
     "OpenImageIO": re.compile(r"OpenImageIO/"),
+    "OpenImageDenoise": re.compile(r"OpenImageDenoise/"),
     "nlohmann-json": re.compile(r"nlohmann/"),
 }
 JSON_HEADERS = ("src/io/json_text.h", "src/io/json_table.h")

@@ -203,8 +203,8 @@ class Lane {
 // last. Measured (docs/gpu.md).
 inline constexpr int steps_per_turn = 3, octaves_per_turn = 4;
 
-/// \param count (stage) -> unsigned, the lanes at it, of all but the idle ones. \return where most
-/// are, or the earlier one of two.
+/// \param idle lanes for which there are paths. \param count (stage) -> unsigned, the lanes at one
+/// of the other stages. \return where most are, or the earlier one of two.
 template <class Count>
 TYN_HD Stage fullest_stage(unsigned idle, Count&& count) {
   // The number above the stage, so that a maximum of both is all it takes.

@@ -41,12 +41,11 @@ struct Scattering {
 TYN_HD Scattering scatter(Vec3f weight, Vec3f albedo, const RandomStream& random,
                           std::uint32_t event) {
   const Vec3f scattered = weight * albedo;
-  const float most = largest(scattered);
+  const float largest_weight = largest(weight), most = largest(scattered);
   if (!(most > 0.0f)) return {{0, 0, 0}, true, false};
-  if (most >= largest(weight)) return {scattered, false, false};
-  const float survival = divide(most, largest(weight));
+  if (most >= largest_weight) return {scattered, false, false};
+  const float survival = divide(most, largest_weight);
   if (uniform(random.block(event, Purpose::scatter).a) >= survival) return {{0, 0, 0}, false, true};
-  const float largest_weight = largest(weight);
   const Vec3f kept = inverse(survival) * scattered;
   return {{min(kept.x, largest_weight), min(kept.y, largest_weight), min(kept.z, largest_weight)},
           false,
