@@ -44,7 +44,7 @@ class CudaRow final : public Row {
                                             {}};
       const IndexRange range{begin, begin + count};
       if constexpr (has_lanes<ShootPass<Medium, Sampler>>)
-        run_pass(pass, range, {});
+        run_pass(pass, range, {}, scratch_);
       else
         run_by_indices(pass, range, {}, 1, pace_);
     };
@@ -67,6 +67,7 @@ class CudaRow final : public Row {
   Sampler sampler_;
   IlluminationCells cells_ = scene_.cells;
   std::vector<std::int64_t> sums_;
+  Scratch scratch_;
   Pace pace_{1 << 14, 1 << 28};  // kept from run to run: launches are as large as they may be
 };
 

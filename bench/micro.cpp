@@ -274,8 +274,9 @@ void warp_shoots(benchmark::State& state, const Cloud& (*prepared)()) {
                   {}};
   constexpr std::uint64_t photons = 20000;
   for ([[maybe_unused]] auto _ : state) {
-    Warp<Pass> warp(pass, 0, photons);
-    warp.run();
+    WarpUses uses{};
+    run_by_warps(
+        pass, 0, photons, 1, 1, 1 << 30, [] { return false; }, uses);
     double instructions = 0;
     for (int i = 0; i < stage_count; ++i) {
       constexpr const char* names[] = {"take", "walk", "draw", "octave", "collide", "leave"};
@@ -284,7 +285,7 @@ void warp_shoots(benchmark::State& state, const Cloud& (*prepared)()) {
       const int at_once = stage == Stage::walk         ? steps_per_turn
                           : stage == Stage::add_octave ? octaves_per_turn
                                                        : 1;
-      const Warp<Pass>::Use& use = warp.use(stage);
+      const WarpUse& use = uses[static_cast<std::size_t>(i)];
       const auto issued = static_cast<double>(use.issued);
       state.counters[std::string(names[i]) + "/photon"] = issued / double{photons};
       state.counters[std::string(names[i]) + "_busy"] =

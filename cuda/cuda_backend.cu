@@ -13,6 +13,8 @@
 #include "tyndall/render/prepare.h"
 #include "tyndall/render/render.h"
 #include "tyndall/transport/depth.h"
+#include "tyndall/transport/lane.h"
+#include "tyndall/transport/schedule.h"
 
 namespace tyndall {
 namespace {
@@ -22,6 +24,14 @@ std::string problem(cudaError_t status) {
   int driver = 0;
   if (cudaDriverGetVersion(&driver) == cudaSuccess && driver == 0) return "no NVIDIA driver";
   return cudaGetErrorString(status);
+}
+
+/// The light of the sums, without a way through the host.
+__global__ void read_out(const std::int64_t* sums, std::size_t count, double photon_power,
+                         float* light) {
+  const std::size_t step = std::size_t{gridDim.x} * blockDim.x;
+  for (std::size_t i = std::size_t{blockIdx.x} * blockDim.x + threadIdx.x; i < count; i += step)
+    light[i] = light_of(sums[i], photon_power);
 }
 
 class CudaBackend final : public Backend {
@@ -71,6 +81,7 @@ class CudaBackend final : public Backend {
     bright_pixels_ = bright.empty() ? nullptr : arrays_.keep(bright.data(), bright.size());
     const std::size_t words = scene.cells.count() * static_cast<std::size_t>(scene.cells.moments());
     illumination_ = Buffer<std::int64_t>(words);
+    is_taken_ = false;
     // Now, not once the photons are shot: too little memory is found out before.
     numerator_ = Buffer<float>(scene.has_grid ? words : 0);
     denominator_ = Buffer<float>(scene.has_grid ? scene.cells.count() : 0);
@@ -81,10 +92,16 @@ class CudaBackend final : public Backend {
     pixels_ = Buffer<PixelTally>(scene.pixels());
     groups_ = Buffer<std::int64_t>(scene.pixels() * scene.groups.size() * 3);
     clamped_ = Buffer<std::int64_t>(1);
+    visit([&]<class Medium, class Sampler>(const Medium&, const Sampler&) -> std::uint64_t {
+      using Pass = GatherPass<Medium, Sampler>;
+      if constexpr (has_lanes<Pass>) scratch_.paths.room<Begun<Pass>>(Schedule::most_waiting);
+      return 0;
+    });
   }
 
   std::uint64_t shoot(IndexRange photons) override {
     select();
+    forget_taken();
     Detectors detectors = scene_->detectors;
     if (detectors_.size() > 0) detectors.sums = detectors_.data();
     return visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
@@ -92,7 +109,7 @@ class CudaBackend final : public Backend {
           ShootPass<Medium, Sampler>{medium, sampler, lights_, scene_->seed,
                                      IlluminationTally{scene_->cells, illumination_.data()},
                                      accounts(), detectors},
-          photons, interrupts_);
+          photons, interrupts_, scratch_);
     });
   }
 
@@ -102,7 +119,7 @@ class CudaBackend final : public Backend {
         [&]<class Medium>(const Medium& medium) {
           return run_pass(MatterPass<Medium>{medium, scene_->seed, scene_->cells, scene_->cell_size,
                                              scene_->strata, scene_->matter_scale, matter_.data()},
-                          cells, interrupts_);
+                          cells, interrupts_, scratch_);
         },
         medium_);
   }
@@ -111,12 +128,19 @@ class CudaBackend final : public Backend {
     select();
     return std::visit(
         [&]<class Medium>(const Medium& medium) {
-          return run_pass(DepthPass<Medium>{medium, camera_, depth_.data()}, pixels, interrupts_);
+          return run_pass(DepthPass<Medium>{medium, camera_, depth_.data()}, pixels, interrupts_,
+                          scratch_);
         },
         medium_);
   }
 
-  std::vector<std::int64_t> take_illumination() override { return take(illumination_); }
+  /// Leaves the sums where they are, for illuminate_with_taken().
+  std::vector<std::int64_t> take_illumination() override {
+    select();
+    forget_taken();
+    is_taken_ = true;
+    return illumination_.read();
+  }
   std::vector<std::int64_t> take_matter() override { return take(matter_); }
   std::vector<float> take_depth() override { return take(depth_); }
   std::vector<std::int64_t> take_detectors() override { return take(detectors_); }
@@ -135,6 +159,18 @@ class CudaBackend final : public Backend {
     field_ = {scene_->cells, numerator.empty() ? nullptr : numerator_.data(), denominator_.data()};
   }
 
+  bool illuminate_with_taken(double photon_power, const std::vector<float>& denominator) override {
+    if (!is_taken_) return false;
+    select();
+    constexpr unsigned blocks = 1024, threads = 256;
+    read_out<<<blocks, threads>>>(illumination_.data(), illumination_.size(), photon_power,
+                                  numerator_.data());
+    require(cudaGetLastError(), "launching a kernel");
+    denominator_.write(denominator.data());
+    field_ = {scene_->cells, numerator_.data(), denominator_.data()};
+    return true;
+  }
+
   std::uint64_t gather(IndexRange pixels, SampleRange samples) override {
     select();
     return visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
@@ -147,7 +183,7 @@ class CudaBackend final : public Backend {
                           scene_->groups.empty() ? nullptr : groups_.data(),
                           static_cast<int>(scene_->groups.size())},
                      accounts(), bright_pixels_},
-                 {pixels.begin * samples.count, pixels.end * samples.count}, interrupts_,
+                 {pixels.begin * samples.count, pixels.end * samples.count}, interrupts_, scratch_,
                  samples.count)
              / samples.count;
     });
@@ -171,6 +207,10 @@ class CudaBackend final : public Backend {
     return values;
   }
 
+  void forget_taken() {
+    if (std::exchange(is_taken_, false)) illumination_.clear();
+  }
+
   template <class Launch>
   std::uint64_t visit(Launch&& launch_with) {
     return std::visit(launch_with, medium_, scene_->sampler);
@@ -191,6 +231,8 @@ class CudaBackend final : public Backend {
   Buffer<float> numerator_, denominator_, depth_;
   Buffer<Account> accounts_;
   Buffer<PixelTally> pixels_;
+  Scratch scratch_;
+  bool is_taken_ = false;  // the light: what is shot next begins with none
 };
 
 }  // namespace

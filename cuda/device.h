@@ -81,6 +81,25 @@ class Buffer {
   std::unique_ptr<void, Free> data_;
 };
 
+/// Device memory for values of any kind, which grows where it must.
+class Room {
+ public:
+  /// \return for `count` values, until the next call; of any content.
+  template <class T>
+  T* room(std::size_t count) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    if (bytes_.size() < count * sizeof(T)) {
+      bytes_ = {};
+      bytes_ = Buffer<std::byte>(count * sizeof(T));
+    }
+    return reinterpret_cast<T*>(bytes_.data());
+  }
+  void clear() { bytes_.clear(); }
+
+ private:
+  Buffer<std::byte> bytes_;
+};
+
 /// Copies of the host's arrays on the current device, which live as long as this.
 class DeviceArrays {
  public:

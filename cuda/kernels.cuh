@@ -13,18 +13,12 @@
 #include "run_pass.h"
 #include "tyndall/transport/lane.h"
 #include "tyndall/transport/passes.h"
+#include "tyndall/transport/schedule.h"
 
 namespace tyndall {
 
 inline constexpr int block_size = 128;
 inline constexpr unsigned whole_warp = 0xffffffffu;
-
-/// What the lanes of a run share.
-struct Queue {
-  unsigned next;   ///< the first of the paths that nobody has
-  unsigned begun;  ///< paths that have begun
-  unsigned busy;   ///< lanes that have not ended their path, at the end of a launch
-};
 
 /// One lane of a warp, for take_turn(): the others do the same at the same time.
 template <class Pass>
@@ -144,7 +138,8 @@ class Pace {
     require(cudaDeviceSynchronize(), "running a kernel");
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
     if (took.count() < 0.02) amount_ = std::min(2 * amount_, most_);
-    if (took.count() > 0.1) amount_ = std::max<std::uint64_t>(amount_ / 2, 1);
+    // A launch's first turn may do no more than to find no paths.
+    if (took.count() > 0.1) amount_ = std::max<std::uint64_t>(amount_ / 2, 2);
   }
 
  private:
@@ -171,40 +166,31 @@ unsigned resident_blocks(Kernel kernel, std::uint64_t indices) {
 /// Paths by lanes that are kept busy.
 template <class Pass>
 std::uint64_t run_by_lanes(const Pass& pass, IndexRange range, const Interrupts& interrupts,
-                           std::uint64_t together) {
-  constexpr std::uint64_t most_begun = 1 << 20;
+                           Scratch& scratch, std::uint64_t together) {
   const std::uint64_t size = range.end - range.begin;
   const unsigned blocks = resident_blocks(run_lanes<Pass>, size);
-  Buffer<typename Lane<Pass>::Saved> kept(std::size_t{blocks} * block_size);
-  Buffer<Begun<Pass>> begun(std::min(size, most_begun));
+  const std::size_t lanes = std::size_t{blocks} * block_size;
+  Schedule schedule(range.begin, range.end, together, lanes);
+  using Saved = typename Lane<Pass>::Saved;
+  auto* const kept = scratch.lanes.room<Saved>(lanes);
+  scratch.lanes.clear();  // idle
+  auto* const begun = scratch.paths.room<Begun<Pass>>(std::min(size, Schedule::most_waiting));
   Queue state{};
   Buffer<Queue> queue(&state, 1);
   Pace turns(256, 1 << 16);
-  std::uint64_t next = range.begin, end = range.end, wanted = kept.size();
-  for (int launches = 0;; ++launches) {
+  while (true) {
     stop_if(interrupts.stop);
-    if (interrupts.pause && interrupts.pause()) {  // what has begun is ended
-      const std::uint64_t before = next - range.begin;
-      end = std::min(end, range.begin + (before + together - 1) / together * together);
-    }
-    const bool is_empty = state.next >= state.begun;
-    if (is_empty && next >= end && state.busy == 0) return end;
-    state.busy = 0;
-    if (is_empty) state.next = state.begun = 0;
+    if (interrupts.pause && interrupts.pause()) schedule.pause();
+    if (schedule.is_done(state)) return schedule.end();
+    const auto [first, last] = schedule.next_portion(state);
     queue.write(&state);
-    if (is_empty && next < end) {
-      // As many as lanes end in a few launches, so that one need not wait long for a pause.
-      if (launches < 2) wanted = std::min(2 * wanted, most_begun);
-      if (launches > 4) wanted = wanted / 2 + 1;
-      launches = 0;
-      const std::uint64_t last = next + std::min(end - next, wanted);
-      begin_paths<<<static_cast<unsigned>(blocks_of(last - next)), block_size>>>(
-          pass, next, last, begun.data(), queue.data());
+    if (first < last) {
+      begin_paths<<<static_cast<unsigned>(blocks_of(last - first)), block_size>>>(
+          pass, first, last, begun, queue.data());
       require(cudaGetLastError(), "launching a kernel");
-      next = last;
     }
     turns.run([&] {
-      run_lanes<<<blocks, block_size>>>(pass, kept.data(), begun.data(), queue.data(), next < end,
+      run_lanes<<<blocks, block_size>>>(pass, kept, begun, queue.data(), schedule.has_more(),
                                         static_cast<int>(turns.amount()));
     });
     state = queue.read()[0];
@@ -230,10 +216,10 @@ std::uint64_t run_by_indices(const Pass& pass, IndexRange range, const Interrupt
 
 template <class Pass>
 std::uint64_t run_pass(const Pass& pass, IndexRange range, const Interrupts& interrupts,
-                       std::uint64_t together) {
+                       Scratch& scratch, std::uint64_t together) {
   if (range.begin >= range.end) return range.end;
   if constexpr (has_lanes<Pass>)
-    return run_by_lanes(pass, range, interrupts, together);
+    return run_by_lanes(pass, range, interrupts, scratch, together);
   else {
     Pace indices(1 << 14, 1 << 28);
     return run_by_indices(pass, range, interrupts, together, indices);

@@ -5,9 +5,9 @@ namespace tyndall {
 
 #define TYNDALL_INSTANTIATE(Medium)                                                         \
   template std::uint64_t run_pass(const MatterPass<Medium>&, IndexRange, const Interrupts&, \
-                                  std::uint64_t);                                           \
+                                  Scratch&, std::uint64_t);                                 \
   template std::uint64_t run_pass(const DepthPass<Medium>&, IndexRange, const Interrupts&,  \
-                                  std::uint64_t)
+                                  Scratch&, std::uint64_t)
 TYNDALL_INSTANTIATE(SingleMedium<Solid>);
 TYNDALL_INSTANTIATE(SingleMedium<NoiseCloud>);
 TYNDALL_INSTANTIATE(SingleMedium<DenseGrid>);

@@ -1,6 +1,7 @@
 // The command line: arguments in, exit code out (tyndall/render/error.h).
 #include <charconv>
 #include <cmath>
+#include <csignal>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -381,6 +382,7 @@ int run(int argc, char** argv) {
     print(call.what());
     return 0;
   } catch (const CLI::ParseError& error) {
+    if (is_other_rank()) return static_cast<int>(ExitCode::usage);  // the first one says it
     throw Error(ExitCode::usage, fmt::format("{} (see `tyndall help`)", error.what()));
   }
 
@@ -427,6 +429,7 @@ int main(int argc, char** argv) {
   using namespace tyndall;
   try {
     app::reserve_standard_streams();
+    std::signal(SIGUSR1, SIG_IGN);  // a render takes it once it has begun, see expect_requests()
     return app::run(argc, argv);
   } catch (...) {
     return app::tell_failure();

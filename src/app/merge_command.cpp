@@ -29,9 +29,20 @@ void refuse_gaps(const Partial& part, const std::string& name, bool allowed, Nee
   }
   if (gaps.empty()) return;
   const std::string problem = fmt::format("{}: lacks {} of the render", name, gaps);
-  if (!allowed)
-    throw Error(ExitCode::input_missing,
-                problem + "; add the parts that have them, or --allow-gaps to do without");
+  bool is_cut = false;  // light that samples have read is as it is
+  for (std::size_t r = 0; r < part.replicates.size(); ++r) {
+    const Replicate& replicate = part.replicates[r];
+    const IndexRange all = part.frame.photons_of(static_cast<int>(r));
+    is_cut = is_cut || (!replicate.samples.empty() && !replicate.photons.missing(all).empty());
+  }
+  if (!allowed) {
+    throw Error(
+        ExitCode::input_missing,
+        problem
+            + (is_cut ? "; its samples have read the light without them, so that no part can "
+                        "add them: render that part to its end, or --allow-gaps"
+                      : "; add the parts that have them, or --allow-gaps to do without"));
+  }
   warn(problem);
 }
 
@@ -44,6 +55,10 @@ void add_to(Partial& sum, const std::string& name, const std::string& path) {
     throw Error(ExitCode::input_missing,
                 fmt::format("{}: cannot be merged with {}: both have photons {}", path, name,
                             twice.text()));
+  }
+  if (part.frame.exposure != sum.frame.exposure) {
+    warn(fmt::format("{}: preview.exposure is {} there, {} in {}; previews have the larger one",
+                     path, part.frame.exposure, sum.frame.exposure, name));
   }
   merge(sum, name, std::move(part), path);
 }

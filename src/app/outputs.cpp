@@ -63,7 +63,10 @@ const Format formats[] = {
     {".tyn",
      []() -> Writer {
        return [](const io::Run& run, io::OutputFile& file) {
-         io::write_part(without_light(run.part), file);
+         const Partial& part = run.part;
+         const bool is_light = part.film.pixels.empty() && part.matter.empty();
+         if (is_light && part.slice_replicate < 0) return io::write_part(part, file);  // uncopied
+         io::write_part(without_light(part), file);
        };
      }},
 #endif

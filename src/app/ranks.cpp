@@ -14,11 +14,14 @@ namespace tyndall::app {
 
 namespace {
 
-/// What Open MPI, MPICH and their kin tell a rank: how many there are; null: it is none.
+/// What Open MPI, MPICH, Slurm and their kin tell a rank: how many there are, which PMIx does not
+/// say; null: it is none.
 const char* size_of_job() {
   for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS"})
     if (const char* size = std::getenv(name)) return size;
-  return nullptr;
+  if (std::getenv("PMIX_RANK") == nullptr) return nullptr;
+  const char* size = std::getenv("SLURM_NTASKS");
+  return size != nullptr ? size : "several";
 }
 
 }  // namespace
@@ -32,10 +35,12 @@ std::unique_ptr<Communicator> join_ranks() {
   auto* const start = reinterpret_cast<TyndallMpi*>(
       io::module_function("tyndall_mpi.so", "tyndall_mpi_1", problem));
   if (start == nullptr) {
-    throw Error(ExitCode::usage,
-                fmt::format("mpirun started {} processes, but this build has no MPI ({}): without "
-                            "it they would all do the same; install libopenmpi-dev and build anew",
-                            size, problem));
+    if (std::string_view(size) == "1") return nullptr;
+    throw Error(
+        ExitCode::usage,
+        fmt::format("mpirun or srun started {} processes, but this build has no MPI ({}): without "
+                    "it they would all do the same; install libopenmpi-dev and build anew",
+                    size, problem));
   }
   std::unique_ptr<Communicator> ranks(start());
   if (!ranks) throw Error(ExitCode::internal, "MPI could not be started");

@@ -193,7 +193,7 @@ void take_up(const RenderArguments& arguments, Renderer& renderer) {
     renderer.resume(std::move(light), arguments.illumination);
   }
   if (!arguments.resume) return;
-  if (!fs::exists(arguments.checkpoint)) {
+  if (std::error_code error; !fs::exists(arguments.checkpoint, error)) {
     say(fmt::format("resume   {} is not there yet: begins anew\n", arguments.checkpoint));
     return;
   }
@@ -217,7 +217,9 @@ void require_sense(const RenderArguments& arguments, const std::vector<std::stri
 #endif
   if (arguments.resume && arguments.checkpoint.empty())
     usage_error("--resume: --checkpoint FILE is missing");
-  if (!arguments.checkpoint.empty() && !arguments.resume && fs::exists(arguments.checkpoint)) {
+  // What cannot be looked up cannot be written, as will be said.
+  if (std::error_code error; !arguments.checkpoint.empty() && !arguments.resume
+                             && fs::exists(arguments.checkpoint, error)) {
     usage_error(fmt::format("{}: is there already; add --resume to go on from it, or remove it",
                             arguments.checkpoint));
   }
@@ -326,7 +328,11 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   for (const std::string& warning : file.warnings) warn(warning);
   require_detectors(scene, arguments.detectors);
   refuse_ranges_beyond(scene, arguments);
-  if (const std::string shortage = memory_shortage(scene); !shortage.empty())
+  // Parts that are photons have the light of all replicates.
+  const bool has_all_light =
+      (arguments.photons && !arguments.samples) || !arguments.illumination.empty();
+  if (const std::string shortage = memory_shortage(scene, has_all_light ? most_replicates : 1);
+      !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
   const int threads = ranks ? threads_of_rank(arguments, *ranks) : arguments.threads;
   Device device = open_device(device_name, threads);
@@ -365,25 +371,37 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   watch.clear();
   const int signal = caught_signal();
 
-  const bool has_checkpoint = !arguments.checkpoint.empty();
+  bool has_checkpoint = !arguments.checkpoint.empty();
+  std::string lost;      // why the checkpoint of a stop could not be written: the picture is, first
   if (has_checkpoint) {  // of the end, too: the outputs may yet fail
     try {
       watch.write_checkpoint(*renderer);
     } catch (const Error& error) {
-      if (!is_done) throw;
-      warn(error.what());
+      if (is_done) {
+        warn(error.what());
+      } else {
+        lost = error.what();
+      }
+      has_checkpoint = is_done;
     }
   }
+  const auto end = [&](ExitCode code) {
+    if (!lost.empty()) throw Error(ExitCode::output_failed, lost);
+    return code;
+  };
   const std::string reason = signal != 0 ? "a signal" : "the limit";
   const std::string remedy =
       has_checkpoint ? fmt::format("; --checkpoint {} --resume goes on", arguments.checkpoint) : "";
   const ExitCode stopped = signal != 0 ? static_cast<ExitCode>(128 + signal) : ExitCode::limit;
   const bool shows = renderer->has_picture() || renderer->shoots_only();
-  if (!is_done && !shows && signal != 0 && !has_checkpoint) throw Stopped{};
+  if (!is_done && !shows && signal != 0 && !has_checkpoint) {
+    end(stopped);
+    throw Stopped{};
+  }
   if (!is_done && !shows && !renderer->has_preview()) {
     say(fmt::format("tyndall: stopped by {} before there was anything to see: no picture{}\n",
                     reason, remedy));
-    return stopped;
+    return end(stopped);
   }
   RenderResult result = shows ? renderer->result() : renderer->preview(preview_seconds);
   write(result);
@@ -398,11 +416,11 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
       warn(fmt::format("{}: cannot be removed: {}", arguments.checkpoint, error.message()));
     return ExitCode::done;
   }
-  say(fmt::format(
-      "tyndall: stopped by {}; what was written {} photons {} of {} and samples {} of {}{}\n",
-      reason, result.is_preview ? "is a preview of" : "has", result.photons.text(),
-      result.frame.photons, result.samples.text(), result.frame.samples, remedy));
-  return stopped;
+  say(fmt::format("tyndall: stopped by {}; {} photons {} of {} and samples {} of {}{}\n", reason,
+                  result.is_preview ? "the picture is a preview of" : "what was written has",
+                  result.photons.text(), result.frame.photons, result.samples.text(),
+                  result.frame.samples, remedy));
+  return end(stopped);
 }
 
 }  // namespace

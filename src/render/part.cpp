@@ -247,6 +247,8 @@ void merge(Partial& part, const std::string& name, Partial other, const std::str
   for (std::size_t r = 0; r < part.replicates.size(); ++r)
     merge(part.replicates[r], name, std::move(other.replicates[r]), other_name);
   add_to(part.film, std::move(other.film));
+  // No part of the scene's hash, and the same in any order.
+  part.frame.exposure = std::max(part.frame.exposure, other.frame.exposure);
   if (part.matter_hash == 0) part.matter_hash = other.matter_hash;
   if (other.matter_cells > part.matter_cells) {
     part.matter = std::move(other.matter);

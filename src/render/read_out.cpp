@@ -20,14 +20,12 @@ std::vector<float> read_out_matter(const PreparedScene& scene,
 
 void read_out_light(const std::vector<std::int64_t>& sums, double photon_power,
                     std::vector<float>& out) {
-  const double weight = photon_power / double{weight_units};
   out.clear();
   if (out.capacity() < sums.size()) {
     out.reserve(sums.size());
     advise_huge_pages(out.data(), sums.size() * sizeof(float));
   }
-  for (const std::int64_t n : sums)
-    out.push_back(static_cast<float>(static_cast<double>(n) * weight));
+  for (const std::int64_t n : sums) out.push_back(light_of(n, photon_power));
 }
 
 }  // namespace tyndall

@@ -174,6 +174,14 @@ class Renderer::Work {
     flush();
     RenderResult result = develop(part_);
     result.seconds = seconds();
+    const double before = seconds_.bounds + seconds_.matter;
+    if (options_.time_limit > 0 && before > options_.time_limit / 2) {
+      result.warnings.push_back(fmt::format(
+          "of the {:.3g} s that were allowed, bounds took {:.2g} s and matter {:.2g} s, "
+          "before the first photon; allow more, or lower "
+          "photons.illumination.resolution",
+          options_.time_limit, seconds_.bounds, seconds_.matter));
+    }
     return result;
   }
 
@@ -506,11 +514,12 @@ class Renderer::Work {
   void illuminate(std::size_t r) {
     if (!prepared_.has_grid) return backend_.illuminate({}, {});
     const Replicate& replicate = part_.replicates[r];
-    const std::uint64_t photons = replicate.photons.count();
+    const auto photons = static_cast<double>(replicate.photons.count());
+    const double power = photons > 0 ? prepared_.shot_power / photons : 0.0;
+    if (taken_ == static_cast<int>(r) && backend_.illuminate_with_taken(power, denominator_))
+      return;
     const std::vector<std::int64_t> none(replicate.light.empty() ? part_.frame.light_words : 0);
-    read_out_light(replicate.light.empty() ? none : replicate.light,
-                   photons > 0 ? prepared_.shot_power / static_cast<double>(photons) : 0.0,
-                   numerator_);
+    read_out_light(replicate.light.empty() ? none : replicate.light, power, numerator_);
     backend_.illuminate(numerator_, denominator_);
   }
 
@@ -533,6 +542,7 @@ class Renderer::Work {
       Replicate& replicate = current();
       replicate.photons.add(fresh_photons_);
       fresh_photons_ = {};
+      taken_ = replicate.light.empty() ? replicate_ : -1;
       add_to(replicate.light, backend_.take_illumination());
       add_to(replicate.detected, backend_.take_detectors());
       Account shot = backend_.take_account();
@@ -564,6 +574,8 @@ class Renderer::Work {
   void let_light_go() {
     Replicate& replicate = current();
     if (replicate.light.empty() || shoots_only()) return;
+    // Whoever goes on from here shoots the rest of its photons.
+    if (!replicate.photons.missing(wanted_photons(replicate_)).empty()) return;
     replicate.light_hash = light_hash(replicate);
     replicate.light = {};
   }
@@ -592,6 +604,7 @@ class Renderer::Work {
   bool is_broken_ = false;                         // the backend's tallies since the last flush
   Clock::time_point deadline_{};                   // of the batch under way
   bool is_hurried_ = false;                        // no pause for the pause that was asked for
+  int taken_ = -1;                                 // whose light is all that was taken last
   int first_ = 0;                                  // of the replicates that are wanted
   double shoot_seconds_ = 0, sample_seconds_ = 0;  // that they took last
   std::uint64_t slice_samples_ = 1;

@@ -11,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -439,7 +440,17 @@ TEST_F(ResumeTest, GoesOnAfterSigkill) {
     ::kill(child, SIGKILL);
     ::waitpid(child, nullptr, 0);
   }
-  EXPECT_EQ(run(arguments).out, whole);
+  const Outcome end = run(arguments);
+  EXPECT_EQ(end.out, whole);
+  EXPECT_TRUE(std::regex_search(end.err, std::regex("resume   c.tyn: [1-9][0-9]* of"))) << end.err;
+}
+
+TEST_F(ResumeTest, SaysWhichCheckpointCannotBe) {
+  const std::string long_name(300, 'a');
+  expect_error({"render", "scene.json", "--checkpoint", long_name + ".tyn"}, 5,
+               "File name too long");
+  expect_error({"render", "scene.json", "--checkpoint", "no/c.tyn", "--resume"}, 5,
+               "no/c.tyn: cannot be written");
 }
 
 TEST_F(ResumeTest, RefusesTheCheckpointOfAnotherScene) {

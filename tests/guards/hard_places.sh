@@ -13,7 +13,7 @@ cat >scene.json <<'JSON'
  "camera": {"position": [0.5, 0.5, -2], "look_at": [0.5, 0.5, 0.5], "resolution": [256, 256]},
  "photons": {"count": 20000, "illumination": {"resolution": 16}}, "gather": {"samples": 64}}
 JSON
-failed=0
+failed=0 skipped=0
 # expect CODE TEXT ARGUMENT...
 expect() {
   local code=0 expected=$1 text=$2
@@ -36,11 +36,18 @@ if mount -t tmpfs -o size=128k tmpfs small 2>/dev/null; then
   expect 0 "tries again later" -o a.pfm --checkpoint small/c.tyn --checkpoint-every 0
   expect 8 "stopped by the limit" -o a.pfm --samples 1000000 --time-limit 1s --checkpoint c.tyn
   [[ -s c.tyn ]] || { echo "no checkpoint at the limit"; failed=1; }
+  rm -f a.pfm
+  expect 5 "small/c.tyn: cannot be written" -o a.pfm --samples 1000000 --time-limit 1s --checkpoint small/c.tyn
+  [[ -s a.pfm ]] || { echo "a checkpoint without room costs the picture"; failed=1; }
   mount -t tmpfs -o ro tmpfs readonly
   expect 5 "Read-only file system" -o readonly/a.pfm
   expect 5 "Read-only file system" -o a.pfm --checkpoint readonly/c.tyn
 else
   echo "SKIPPED: full and read-only file systems, which cannot be mounted here"
+  skipped=77
 fi
+# Photons for others: the light of all replicates.
+(ulimit -v 400000 && expect 6 "the render needs" --photon-range 0:20000 -D photons.illumination.resolution=120 -o p.tyn
+  ! grep -q "^hash" err || { echo "the photons were shot first"; failed=1; }; exit "$failed") || failed=1
 (ulimit -v 400000 && expect 6 "the render needs" -D 'camera.resolution=[4096,4096]' -o a.pfm; exit "$failed") || failed=1
-exit "$failed"
+exit $((failed ? failed : skipped))

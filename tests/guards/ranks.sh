@@ -31,13 +31,13 @@ for count in 1 2 3 4; do
   cmp -s a.pfm alone.pfm || complain "$count ranks: another picture"
 done
 
-# A rank is killed once there is a checkpoint.
+# A rank is killed once there is a checkpoint with photons.
 for victim in 0 1; do
   rm -f c.tyn a.pfm
   ranks 3 -o "$scratch/a.pfm" --checkpoint c.tyn --checkpoint-every 0 &
   job=$!
   for ((i = 0; i < 500; ++i)); do
-    [[ -e c.tyn ]] && break
+    [[ -e c.tyn ]] && "$program" info c.tyn 2>/dev/null | grep -q 'photons.*:[1-9]' && break
     sleep 0.02
   done
   mapfile -t pids < <(pgrep -f "^$program render .*$scratch/a.pfm" | sort -n)
@@ -46,12 +46,18 @@ for victim in 0 1; do
   wait "$job" || code=$?
   ((code != 0)) || complain "rank $victim was killed, and nobody minded"
   [[ ! -e a.pfm ]] || complain "rank $victim was killed, and a picture was written"
+  [[ -e c.tyn ]] || complain "rank $victim was killed, and there is no checkpoint"
   [[ $(ranks 2 -o a.pfm --checkpoint c.tyn --resume --print-hash) == "$alone" ]] \
     || complain "after rank $victim was killed: another hash: $(cat err)"
+  grep -q 'resume .*: [1-9][0-9]* of' err || complain "after rank $victim was killed: nothing was kept: $(cat err)"
 done
 
 code=0
 ranks 2 -D medium.extinction=1 || code=$?
 ((code == 3)) || complain "an invalid scene: exit code $code"
 (($(grep -c 'medium.extinction' err) == 1)) || complain "an invalid scene is told not once: $(cat err)"
+code=0
+ranks 3 --nonsense || code=$?
+((code == 2)) || complain "a wrong option: exit code $code"
+(($(grep -c 'nonsense' err) == 1)) || complain "a wrong option is told not once: $(cat err)"
 exit "$failed"

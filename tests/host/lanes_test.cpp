@@ -84,15 +84,21 @@ void run_plain(const Pass& pass, std::uint64_t begin, std::uint64_t end) {
   for (std::uint64_t i = begin; i < end; ++i) pass(i);
 }
 
-/// Paths in an emulated warp, whose first launches take a turn each: lanes are left at all stages.
+/// Paths in emulated warps: first with launches of two turns, which leave lanes at all stages,
+/// paused over and over, then with long ones.
 template <class Medium, template <class, class> class Pass>
 void run_warp(const Pass<Medium, SuperVoxel>& pass, std::uint64_t begin, std::uint64_t end) {
-  Warp<Pass<Medium, SuperVoxel>> warp(pass, begin, end);
-  for (int i = 0; i < 1000; ++i) {
-    warp.turn();
-    warp.relaunch(pass);
+  WarpUses uses{};
+  const std::uint64_t half = begin + (end - begin) / 2, together = 2;
+  std::uint64_t next = begin;
+  for (int launches = 0; next < half && launches < 500;) {
+    const auto pause = [&] { return ++launches % 100 == 0; };
+    const std::uint64_t done = run_by_warps(pass, next, end, together, 2, 2, pause, uses);
+    EXPECT_TRUE(done == end || (done - next) % together == 0) << next << " to " << done;
+    next = done;
   }
-  warp.run();
+  const auto never = [] { return false; };
+  EXPECT_EQ(run_by_warps(pass, next, end, together, 3, 1000, never, uses), end);
 }
 template <class Pass>
 void run_warp(const Pass& pass, std::uint64_t begin, std::uint64_t end) {

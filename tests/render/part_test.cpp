@@ -214,6 +214,50 @@ TEST(Parts, whose_first_photons_were_cut_by_the_time_go_on_to_the_same_end) {
   }
 }
 
+/// Counts the photons it shoots.
+class Shooting final : public ForwardingBackend {
+ public:
+  std::uint64_t shoot(IndexRange photons) override {
+    const std::uint64_t end = ForwardingBackend::shoot(photons);
+    shot += end - photons.begin;
+    return end;
+  }
+  std::uint64_t shot = 0;
+};
+
+TEST(Parts, that_a_limit_of_time_cut_keep_their_photons) {
+  const Scene scene = small();
+  RenderOptions options;
+  options.batch = 20;
+  options.time_limit = 1e-9;
+  Shooting backend;
+  Partial part;
+  std::uint64_t before = 0;
+  for (int run = 1; run <= 2; ++run) {  // of the 50 photons of a replicate
+    Renderer cut(scene, backend, options);
+    if (run > 1) cut.resume(part, "checkpoint");
+    EXPECT_FALSE(cut.run());
+    part = cut.part();
+    EXPECT_EQ(part.photons().count(), before + 20) << run;
+    before = part.photons().count();
+  }
+  EXPECT_GT(part.samples().count(), 0u);
+  Renderer last(scene, backend);
+  last.resume(part, "checkpoint");
+  EXPECT_TRUE(last.run());
+  EXPECT_EQ(backend.shot, 400u) << "none of them twice";
+  EXPECT_TRUE(same(last.result(), render(scene, *make_cpu_backend())));
+}
+
+TEST(Parts, have_the_larger_exposure_in_any_order) {
+  Scene scene = small(), brighter = scene;
+  brighter.exposure = 3;
+  const Partial a = part_of(scene, {{}, IndexRange{0, 5}}),
+                b = part_of(brighter, {{}, IndexRange{5, 11}});
+  EXPECT_EQ(sum({a, b}).frame.exposure, 3);
+  EXPECT_EQ(sum({b, a}).frame.exposure, 3);
+}
+
 TEST(Parts, previews_are_the_picture_of_their_ranges) {
   Scene scene = small();
   scene.photons = 40000;  // more than a batch of each replicate
@@ -297,6 +341,45 @@ TEST(Parts, keep_the_matter_that_was_measured) {
   EXPECT_TRUE(part.is_complete());
   EXPECT_EQ(measured, 64u);
   EXPECT_TRUE(same(develop(part), render(scene, *make_cpu_backend())));
+}
+
+/// Has the light that was taken last at hand, as devices have.
+class Keeping final : public ForwardingBackend {
+ public:
+  std::vector<std::int64_t> take_illumination() override {
+    return taken_ = ForwardingBackend::take_illumination();
+  }
+  bool illuminate_with_taken(double photon_power, const std::vector<float>& denominator) override {
+    light_.clear();
+    for (const std::int64_t sum : taken_) light_.push_back(light_of(sum, photon_power));
+    illuminate(light_, denominator);
+    ++used;
+    return true;
+  }
+  int used = 0;
+
+ private:
+  std::vector<std::int64_t> taken_;
+  std::vector<float> light_;  // which gather() reads
+};
+
+TEST(Parts, are_lit_by_the_light_that_a_device_has_if_that_is_all) {
+  const Scene scene = small();
+  const RenderResult whole = render(scene, *make_cpu_backend());
+  Keeping undisturbed;
+  EXPECT_TRUE(same(render(scene, undisturbed), whole));
+  EXPECT_EQ(undisturbed.used, 8);
+
+  // Written down within each replicate's photons: the device has the rest of them alone.
+  RenderOptions options;
+  options.batch = 30;
+  options.go_on = [](Renderer& r, Moment) {
+    r.part();
+    return true;
+  };
+  Keeping disturbed;
+  EXPECT_TRUE(same(render(scene, disturbed, options), whole));
+  EXPECT_EQ(disturbed.used, 0);
 }
 
 /// At each replicate that a run ends with, what --noise judges by.

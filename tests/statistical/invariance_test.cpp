@@ -3,13 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <numeric>
+#include <random>
 
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/trigonometric.hpp>
 
 #include "support/scenes.h"
+#if TYNDALL_RAPIDCHECK
+#include <rapidcheck.h>
+#endif
 
 namespace tyndall::test {
 namespace {
@@ -142,14 +147,47 @@ TEST(Worlds, turned_scaled_and_moved_look_the_same) {
                true);
 }
 
-TEST(Worlds, twice_as_dense_and_half_as_large_have_the_same_ledger_bit_for_bit) {
-  Scene scene = lit({component(low_variation(6), 16, 0.9, forward)});
-  scene.photons = 2000;
-  scene.samples = 4;
-  const Scene small = transformed(scene, glm::dmat4(1), 0.5, {0, 0, 0});
-  const RenderResult a = render(scene, *make_cpu_backend()), b = render(small, *make_cpu_backend());
-  EXPECT_EQ(std::memcmp(&a.ledger, &b.ledger, sizeof a.ledger), 0);
+TEST(Worlds, turned_scaled_and_moved_at_random_look_the_same) {
+  const Scene scene = lit({component(low_variation(6), 16, 0.9, forward)});
+  std::mt19937 random(11);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution(low, high)(random);
+  };
+  std::vector<Scene> scenes{scene};
+  for (int world = 0; world < 4; ++world) {
+    glm::dmat4 turn(1);
+    for (int axis = 0; axis < 3; ++axis) {
+      glm::dvec3 around(0);
+      around[axis] = 1;
+      turn = glm::rotate(turn, glm::radians(90.0 * std::floor(uniform(0, 4))), around);
+    }
+    const double scale = std::pow(10, uniform(-2, 2));
+    const glm::dvec3 shift(uniform(-9, 9), uniform(-9, 9), uniform(-9, 9));
+    scenes.push_back(transformed(scene, turn, scale, scale * shift));
+  }
+  expect_alike(std::move(scenes), true);
 }
+
+#if TYNDALL_RAPIDCHECK
+TEST(Worlds, of_any_size_by_powers_of_two_and_any_density_have_one_ledger) {
+  EXPECT_TRUE(rc::check([] {
+    Scene scene = lit({component(low_variation(*rc::gen::inRange(1, 9)), *rc::gen::inRange(1, 100),
+                                 *rc::gen::inRange(0, 101) / 100.0,
+                                 scene::HenyeyGreensteinPhase{*rc::gen::inRange(-9, 10) / 10.0})});
+    scene.photons = 200;
+    scene.samples = 1;
+    scene.camera.resolution = {4, 4};
+    scene.medium.majorant_resolution = {4, 4, 4};
+    scene.illumination_resolution = {4, 4, 4};
+    scene.seed = *rc::gen::arbitrary<std::uint32_t>();
+    const double scale = std::ldexp(1, *rc::gen::inRange(-8, 9));
+    const auto backend = make_cpu_backend();
+    const RenderResult a = render(scene, *backend),
+                       b = render(transformed(scene, glm::dmat4(1), scale, {0, 0, 0}), *backend);
+    RC_ASSERT(std::memcmp(&a.ledger, &b.ledger, sizeof a.ledger) == 0);
+  }));
+}
+#endif
 
 }  // namespace
 }  // namespace tyndall::test

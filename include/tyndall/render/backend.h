@@ -62,6 +62,12 @@ class Backend {
   /// Takes the grid that gather() reads; empty for none.
   virtual void illuminate(const std::vector<float>& numerator,
                           const std::vector<float>& denominator) = 0;
+  /// The same with the light that take_illumination() gave last, of photons of `photon_power` [W].
+  /// \return false where that is not at hand any more: nothing is changed.
+  virtual bool illuminate_with_taken(double photon_power, const std::vector<float>& denominator) {
+    static_cast<void>(photon_power), static_cast<void>(denominator);
+    return false;
+  }
 };
 
 }  // namespace tyndall

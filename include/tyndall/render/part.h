@@ -123,7 +123,8 @@ void add_to(FilmTallies& sums, FilmTallies&& more);
 Ranges shot_twice(const Partial& a, const Partial& b);
 
 /// Takes up what `other` has. \throws Error(input_missing) where both have the same photons or
-/// samples, or are not of one result; `name` and `other_name` are theirs, for its message.
+/// samples, or are not of one result; `name` and `other_name` are theirs, for its message. Of two
+/// exposures the larger one is kept.
 void merge(Partial& part, const std::string& name, Partial other, const std::string& other_name);
 
 /// \return a hash of the light that samples of this replicate read.

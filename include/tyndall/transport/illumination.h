@@ -93,6 +93,11 @@ struct IlluminationTally {
   }
 };
 
+/// \return a sum of the tally in absolute units, of photons of `photon_power` [W].
+TYN_HD float light_of(std::int64_t sum, double photon_power) {
+  return static_cast<float>(static_cast<double>(sum) * (photon_power / double{weight_units}));
+}
+
 /// The grid as the gather reads it.
 struct IlluminationField {
   IlluminationCells cells;
