@@ -19,19 +19,45 @@
 #include "tyndall/render/error.h"
 
 namespace tyndall::app {
+namespace {
+
+/// Names of the lights that are kept apart; none: all together.
+std::vector<std::string> light_groups(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const scene::Light& light : scene.lights) {
+    const std::string& name =
+        std::visit([](const auto& l) -> const std::string& { return l.group; }, light);
+    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
+  }
+  return names;
+}
+
+float brightest(const BakedLight& light) {
+  float most = 0;
+  for (const BakedGroup& group : light.groups)
+    for (const Vec3f& c : group.fluence) most = std::max({most, c.x, c.y, c.z});
+  return most;
+}
+
+}  // namespace
 
 ExitCode bake_command(const BakeArguments& arguments) {
   const io::BakeOptions options{arguments.half, arguments.voxels, arguments.threads};
   std::vector<std::string> paths;  // and what lies beside
   for (const std::string& path : arguments.outputs) {
     io::require_bake(path, options);
-    for (const std::string& each : io::bake_paths(path)) paths.push_back(each);
+    for (const std::string& each : io::bake_paths(path)) {
+      if (std::find(paths.begin(), paths.end(), each) != paths.end())
+        throw Error(ExitCode::usage, fmt::format("{}: is asked for twice", each));
+      paths.push_back(each);
+    }
   }
   const DeviceName device_name = parse_device(arguments.device);
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
   refuse_inputs(file.inputs, paths);
   for (const std::string& warning : file.warnings) warn(warning);
   const Scene scene = scene_to_bake(file.scene, arguments.order > 0, arguments.per_light);
+  for (const std::string& path : arguments.outputs) io::require_room(path, light_groups(scene));
   if (const std::string shortage = memory_shortage(scene, most_replicates); !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
   Device device = open_device(device_name, arguments.threads);
@@ -58,9 +84,16 @@ ExitCode bake_command(const BakeArguments& arguments) {
   }
 
   RenderResult result = renderer->result();
+  result.is_complete = is_done;  // a bake has no samples
   finish(result, file.warnings);
   const BakedLight light = bake(*renderer, scene);
   const io::Bake baked{arguments.scene, file, light, result.picture.provenance};
+  if (options.half && brightest(light) > io::largest_half) {
+    warn(
+        fmt::format("--half: the light is up to {:.3g}, and cut at {:.0f}, the largest number of "
+                    "16 bits: leave --half out, or scale the lights down",
+                    brightest(light), io::largest_half));
+  }
   say(io::report_lines({renderer->part(), result, arguments.scene, device.name, file.volumes}));
   // What can be written is: the light may have taken hours.
   std::string failures;

@@ -1,9 +1,11 @@
 #include "io/bake_file.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <numbers>
+#include <utility>
 
 #include <fmt/format.h>
 #include <glm/gtc/packing.hpp>
@@ -47,9 +49,11 @@ Texture texture(const BakedLight& light, std::string name, const std::vector<Vec
   return t;
 }
 
-/// The light, in the order of docs/bake.md.
-std::vector<Texture> textures_of(const BakedLight& light) {
-  std::vector<Texture> textures{texture(light, "albedo", light.albedo)};
+/// The light, in the order of docs/bake.md, and before it the extinction where that is sampled.
+std::vector<Texture> textures_of(const BakedLight& light, std::vector<Texture> density,
+                                 const BakeOptions& options) {
+  std::vector<Texture> textures = std::move(density);
+  textures.push_back(texture(light, "albedo", light.albedo));
   for (const BakedGroup& group : light.groups) {
     const std::string suffix = group.name.empty() ? "" : "_" + group.name;
     textures.push_back(texture(light, "fluence" + suffix, group.fluence));
@@ -63,6 +67,10 @@ std::vector<Texture> textures_of(const BakedLight& light) {
   if (!light.relative_error.empty())
     textures.push_back(
         {"relative_error", light.size, light.low, light.high, 1, light.relative_error});
+  if (options.half) {
+    for (Texture& t : textures)
+      for (float& x : t.values) x = std::clamp(x, -largest_half, largest_half);
+  }
   return textures;
 }
 
@@ -78,7 +86,7 @@ glm::dmat4 voxels_to_world(const Texture& t) {
 
 std::string grids(const Bake& bake, const std::string& path, const BakeOptions& options) {
   const OneMedium medium = matter_of_bake(bake, voxels_of(options), options.threads, true);
-  std::vector<Texture> textures = textures_of(bake.light);
+  std::vector<Texture> sampled;
   std::vector<GridToWrite> out;
   if (const auto* stored = std::get_if<Stored>(&medium.matter)) {
     GridToWrite grid;
@@ -88,8 +96,9 @@ std::string grids(const Bake& bake, const std::string& path, const BakeOptions& 
     grid.scale = stored->sigma_t;
     out.push_back(grid);
   } else {
-    textures.insert(textures.begin(), density_of(bake.light, medium));
+    sampled.push_back(density_of(bake.light, medium));
   }
+  const std::vector<Texture> textures = textures_of(bake.light, std::move(sampled), options);
   for (const Texture& t : textures)
     out.push_back({t.name, voxels_to_world(t), t.size, t.channels, t.values.data(), nullptr, 1});
   return encode_grids(path, fs::path(path).extension() == ".nvdb", out, bake.provenance,
@@ -101,8 +110,8 @@ std::string grids(const Bake& bake, const std::string& path, const BakeOptions& 
 std::vector<ConvertedFile> raw_textures(const Bake& bake, const std::string& path,
                                         const BakeOptions& options) {
   const OneMedium medium = matter_of_bake(bake, voxels_of(options), options.threads, false);
-  std::vector<Texture> textures = textures_of(bake.light);
-  textures.insert(textures.begin(), density_of(bake.light, medium));
+  const std::vector<Texture> textures =
+      textures_of(bake.light, {density_of(bake.light, medium)}, options);
   const std::vector<std::string> paths = bake_paths(path);
   Json description{{"tyndall", "bake"},
                    {"file", fs::path(paths[1]).filename().string()},
@@ -152,7 +161,7 @@ const Format formats[] = {
 #if TYNDALL_ZLIB
     {".html", false,
      [](const Bake& bake, const std::string& path, const BakeOptions& options) {
-       return std::vector<ConvertedFile>{{path, bake_page(bake, path, options)}};
+       return std::vector<ConvertedFile>{{path, bake_page(bake, options)}};
      }},
 #endif
 };
@@ -184,6 +193,14 @@ void require_bake(const std::string& path, const BakeOptions& options) {
                 fmt::format("--half: {} files have no colours of 16 bits; leave it "
                             "out, or bake a .vdb",
                             format->extension));
+}
+
+void require_room(const std::string& path, const std::vector<std::string>& lights) {
+#if TYNDALL_ZLIB
+  if (fs::path(path).extension() == ".html") require_room_in_page(path, lights.size());
+#else
+  static_cast<void>(path), static_cast<void>(lights);
+#endif
 }
 
 std::vector<std::string> bake_paths(const std::string& path) {

@@ -12,6 +12,9 @@
 
 namespace tyndall::io {
 
+/// Larger numbers are cut, where floats have 16 bits.
+inline constexpr float largest_half = 65504.0f;
+
 struct BakeOptions {
   bool half = false;  ///< floats of 16 bits
   int voxels = 0;     ///< of the density, along the longest side; 0: what is usual in such a file
@@ -31,6 +34,9 @@ std::string known_bakes();
 
 /// \throws Error(usage) where the ending of `path` is none of these, or cannot have the options.
 void require_bake(const std::string& path, const BakeOptions& options);
+
+/// \throws Error(usage) where a file at `path` has no room for so many lights.
+void require_room(const std::string& path, const std::vector<std::string>& lights);
 
 /// \return the files that will be: `path`, and what lies beside it.
 std::vector<std::string> bake_paths(const std::string& path);

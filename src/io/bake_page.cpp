@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <new>
@@ -86,7 +87,53 @@ class Interpolated {
 
 char byte(double x) { return static_cast<char>(static_cast<unsigned char>(x)); }
 
-Json packed_light(const std::string& name, const std::vector<Vec3f>& light) {
+/// Means over blocks of `step`^3 voxels, by their extinction; of those without, of the ones beside
+/// them that have some, lest interpolation gives a dark rim.
+std::vector<Vec3f> in_blocks(const std::vector<Vec3f>& light, const std::vector<float>& extinction,
+                             const std::array<int, 3>& size, int step) {
+  if (step == 1) return light;
+  const auto blocks = [&](int axis) {
+    return (size[static_cast<std::size_t>(axis)] + step - 1) / step;
+  };
+  const int nx = blocks(0), ny = blocks(1), nz = blocks(2);
+  const auto block = [&](int i, int j, int k) {
+    return (static_cast<std::size_t>(k) * static_cast<std::size_t>(ny)
+            + static_cast<std::size_t>(j))
+               * static_cast<std::size_t>(nx)
+           + static_cast<std::size_t>(i);
+  };
+  std::vector<Vec3f> sums(block(0, 0, nz), Vec3f{0, 0, 0});
+  std::vector<float> weights(sums.size(), 0.0f);
+  std::size_t n = 0;
+  for (int k = 0; k < size[2]; ++k)
+    for (int j = 0; j < size[1]; ++j)
+      for (int i = 0; i < size[0]; ++i, ++n) {
+        const std::size_t b = block(i / step, j / step, k / step);
+        sums[b] = sums[b] + extinction[n] * light[n];
+        weights[b] += extinction[n];
+      }
+  for (std::size_t b = 0; b < sums.size(); ++b)
+    if (weights[b] > 0) sums[b] = (1.0f / weights[b]) * sums[b];
+  std::vector<Vec3f> out = sums;
+  for (int k = 0; k < nz; ++k)
+    for (int j = 0; j < ny; ++j)
+      for (int i = 0; i < nx; ++i) {
+        if (weights[block(i, j, k)] > 0) continue;
+        Vec3f sum{0, 0, 0};
+        float known = 0;
+        for (int c = std::max(k - 1, 0); c <= std::min(k + 1, nz - 1); ++c)
+          for (int b = std::max(j - 1, 0); b <= std::min(j + 1, ny - 1); ++b)
+            for (int a = std::max(i - 1, 0); a <= std::min(i + 1, nx - 1); ++a) {
+              if (!(weights[block(a, b, c)] > 0)) continue;
+              sum = sum + sums[block(a, b, c)];
+              known += 1;
+            }
+        if (known > 0) out[block(i, j, k)] = (1.0f / known) * sum;
+      }
+  return out;
+}
+
+Json packed_light(const std::string& name, const std::vector<Vec3f>& light, int step) {
   float brightest = 0;
   for (const Vec3f& c : light) brightest = std::max({brightest, c.x, c.y, c.z});
   std::string rgbm;
@@ -101,7 +148,7 @@ Json packed_light(const std::string& name, const std::vector<Vec3f>& light) {
     for (const float x : {c.x, c.y, c.z}) rgbm += byte(std::lround(255 * double{x} / unit));
     rgbm += byte(most > 0 ? m : 0.0);
   }
-  return {{"name", name}, {"scale", brightest}, {"data", base64(gzip(rgbm))}};
+  return {{"name", name}, {"scale", brightest}, {"step", step}, {"data", base64(gzip(rgbm))}};
 }
 
 /// Over all directions: rows near the poles are narrow.
@@ -148,14 +195,15 @@ Json camera(const Scene& scene) {
 
 }  // namespace
 
-std::string bake_page(const Bake& bake, const std::string& path, const BakeOptions& options) {
-  if (bake.light.groups.size() > most_lights) {
-    throw Error(
-        ExitCode::usage,
-        fmt::format("{}: a page has room for {} lights, this scene has {}: put some into one "
-                    "\"group\", or leave --per-light out",
-                    path, most_lights, bake.light.groups.size()));
-  }
+void require_room_in_page(const std::string& path, std::size_t lights) {
+  if (lights <= most_lights) return;
+  throw Error(ExitCode::usage,
+              fmt::format("{}: a page has room for {} lights, this scene has {}: put some into one "
+                          "\"group\", or leave --per-light out",
+                          path, most_lights, lights));
+}
+
+std::string bake_page(const Bake& bake, const BakeOptions& options) {
   const int voxels = std::min(options.voxels > 0 ? options.voxels : usual_voxels, most_page_voxels);
   const OneMedium medium = matter_of_bake(bake, voxels, options.threads, false);
   const Texture density = density_of(bake.light, medium);
@@ -183,7 +231,10 @@ std::string bake_page(const Bake& bake, const std::string& path, const BakeOptio
             {"lights", Json::array()},
             {"background", vector(background(scene))},
             {"camera", camera(scene)},
-            {"exposure", scene.exposure}};
+            {"exposure", scene.exposure},
+            {"provenance", Json::object()}};
+  for (const auto& [key, value] : bake.provenance) data["provenance"][key] = value;
+  std::vector<std::vector<Vec3f>> lights;
   for (const BakedGroup& group : bake.light.groups) {
     const Interpolated fluence(bake.light, group.fluence);
     std::vector<Vec3f> light(bytes.size(), Vec3f{0, 0, 0});
@@ -198,7 +249,22 @@ std::string bake_page(const Bake& bake, const std::string& path, const BakeOptio
           const Vec3f albedo = extinction_at(prepared, {local.x, local.y, local.z}).albedo();
           light[n] = static_cast<float>(0.25 * std::numbers::inv_pi) * albedo * fluence.at(p);
         }
-    data["lights"].push_back(packed_light(group.name.empty() ? "light" : group.name, light));
+    lights.push_back(std::move(light));
+  }
+  // Light is softer than matter: it gives way where both together are too much to send.
+  const double most_bytes = 5.9e6 * std::pow(std::max(1.0, voxels / double{usual_voxels}), 3);
+  for (int step = 1; step <= 8; step *= 2) {
+    double size = static_cast<double>(data["density"].get_ref<const std::string&>().size());
+    data["lights"] = Json::array();
+    for (std::size_t g = 0; g < lights.size(); ++g) {
+      const std::string& name = bake.light.groups[g].name;
+      data["lights"].push_back(
+          packed_light(name.empty() ? "light" : name,
+                       in_blocks(lights[g], density.values, density.size, step), step));
+      size +=
+          static_cast<double>(data["lights"].back()["data"].get_ref<const std::string&>().size());
+    }
+    if (size <= most_bytes) break;
   }
 
   std::string text = data.dump(-1, ' ', false, Json::error_handler_t::replace);

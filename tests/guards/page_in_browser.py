@@ -457,6 +457,7 @@ def run_checks(browser, template):
             ("a density too short", wrong(density=short), "", "5 bytes instead of %d" % (32 * 28 * 24)),
             ("a density with one wrong byte", wrong(density=packed[:900] + ("A" if packed[900] != "A" else "B")
                                                     + packed[901:]), "", "the density"),
+            ("a light in blocks of 3", wrong(lights=[{**data["lights"][0], "step": 3}]), "", "\"lights\""),
             ("a light that is no base64", wrong(lights=[{"name": "sun", "scale": 1, "data": "?"}]), "", "\"sun\"")]:
         browser.open(text, before)
         message = browser.message()
@@ -488,14 +489,28 @@ def encoded(x):
     return 255 * (12.92 * x if x <= 0.0031308 else 1.055 * x ** (1 / 2.4) - 0.055)
 
 
-def run_baked(browser, scene, folder, screenshot=None):
+# Matter in all of 128^3 voxels, and two lights: more than fits at full resolution.
+FULL = """{"tyndall": 1,
+ "medium": {"components": [{"field": {"type": "noise_cloud", "preset": "low_variation", "octaves": 8, "seed": 3,
+                                      "body": {"type": "everywhere"}}, "extinction": 20, "albedo": 0.95}]},
+ "lights": [{"type": "directional", "direction": [0.3, -1, 0.2], "irradiance": 3},
+            {"type": "environment", "radiance": [0.3, 0.5, 0.9]}],
+ "camera": {"position": [0.5, 0.5, -2], "look_at": [0.5, 0.5, 0.5], "fov": 45},
+ "photons": {"illumination": {"resolution": 128}}}"""
+
+
+def run_baked(browser, scene, folder, screenshot=None, *more):
     """A scene's page shows what its picture shows."""
     size = 160, 120
     path = os.path.join(ROOT, "scenes", scene + ".json")
+    if scene == "full":
+        path = os.path.join(folder, "scene.json")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(FULL)
     shared = ["-D", "camera.resolution=[%d,%d]" % size, "--photons", 1000000]
     page, picture = os.path.join(folder, scene + ".html"), os.path.join(folder, scene + ".pfm")
-    tyndall("bake", path, *shared, "-o", page)
-    tyndall("render", path, *shared, "--samples", 16, "-o", picture)
+    tyndall("bake", path, *shared, *more, "-o", page)
+    tyndall("render", path, *shared, "--samples", 64 if scene == "full" else 16, "-o", picture)
     with open(page, encoding="utf-8") as file:
         text = file.read()
     check(len(text) < 6e6, "%s: %.2f MB" % (scene, len(text) / 1e6))
@@ -535,6 +550,7 @@ def main():
             else:
                 run_checks(browser, template)
                 run_baked(browser, "lonely_cloud", folder)
+                run_baked(browser, "full", folder, None, "--per-light")
         finally:
             browser.close()
     return 1 if failures else 0
