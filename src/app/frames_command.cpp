@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string_view>
+#include <system_error>
 
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
@@ -78,6 +79,7 @@ class Sequence {
     // What is wrong with the first or the last is said before hours of work.
     scene_of(0);
     scene_of(frames_.size() - 1);
+    if (frames_.size() > 1) scenes_.erase(frames_.size() - 1);  // its volumes may be large
     catch_signals(5.0);
     for (std::size_t i = 0; i < frames_.size(); ++i) {
       if (!render_frame(i)) {
@@ -117,11 +119,23 @@ class Sequence {
     return scene_hash(scene);
   }
 
+  /// Whether the light of frame `i` has the key; not where it cannot be read, which is said in its
+  /// turn: the frames before it are none the worse for it.
+  bool has_light_key(std::size_t i, std::uint64_t key) {
+    try {
+      return i < frames_.size() && light_key(i) == key;
+    } catch (const Error&) {
+      return false;
+    }
+  }
+
   /// \return whether the pictures of a frame are there. \throws Error(usage) where they are of
   /// another scene
   bool is_there(const std::vector<std::string>& paths, std::size_t i) {
-    if (!std::all_of(paths.begin(), paths.end(), [](const auto& path) { return fs::exists(path); }))
-      return false;
+    for (const std::string& path : paths) {
+      std::error_code error;  // what cannot be looked up is not there
+      if (!fs::exists(path, error) || fs::file_size(path, error) == 0) return false;
+    }
 #if TYNDALL_OPENEXR
     for (const std::string& path : paths) {
       if (fs::path(path).extension() != ".exr") continue;
@@ -168,9 +182,8 @@ class Sequence {
     if (!device_.backend) device_ = open_device(device_name_, arguments_.threads);
 
     const std::uint64_t key = light_key(i);
-    const bool is_shared =
-        ((light_ && light_key_ == key) || (i + 1 < frames_.size() && light_key(i + 1) == key))
-        && memory_shortage(file.scene, 2 * most_replicates).empty();
+    const bool is_shared = ((light_ && light_key_ == key) || has_light_key(i + 1, key))
+                           && memory_shortage(file.scene, 2 * most_replicates).empty();
     if (!is_shared) light_.reset();
     if (is_shared && !(light_ && light_key_ == key)) {
       if (!shoot(file.scene, frame)) return false;

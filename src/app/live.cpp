@@ -80,6 +80,8 @@ std::string packet_update_image(const std::string& title, const Picture& picture
 Display::Display(const std::string& address, std::string title) : title_(std::move(title)) {
   const std::size_t colon = address.rfind(':');
   host_ = address.substr(0, colon);
+  if (host_.size() > 2 && host_.front() == '[' && host_.back() == ']')  // version 6 of IP
+    host_ = host_.substr(1, host_.size() - 2);
   port_ = colon == std::string::npos ? usual_port : address.substr(colon + 1);
   int number = 0;
   const char* end = port_.data() + port_.size();
@@ -136,7 +138,7 @@ void Display::run() {
     is_there = is_there && send(packet_update_image(title_, picture));
     if (!is_there)
       warn(fmt::format("--display {}:{}: {}; the render goes on without it", host_, port_,
-                       std::strerror(errno)));
+                       unknown_.empty() ? std::strerror(errno) : unknown_));
   }
 }
 
@@ -144,8 +146,8 @@ bool Display::connect() {
   addrinfo wanted{}, *found = nullptr;
   wanted.ai_family = AF_UNSPEC;
   wanted.ai_socktype = SOCK_STREAM;
-  if (::getaddrinfo(host_.c_str(), port_.c_str(), &wanted, &found) != 0) {
-    errno = EHOSTUNREACH;
+  if (const int problem = ::getaddrinfo(host_.c_str(), port_.c_str(), &wanted, &found)) {
+    unknown_ = ::gai_strerror(problem);
     return false;
   }
   int error = EHOSTUNREACH;

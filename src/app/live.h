@@ -33,6 +33,7 @@ class Display {
   bool send(const std::string& bytes);
 
   std::string host_, port_;
+  std::string unknown_;  // why nobody knows the host
   const std::string title_;
   std::atomic<int> socket_{-1};
   std::mutex mutex_;

@@ -160,12 +160,14 @@ FrameRange read_frames(const std::string& text) {
     if (at == end || *at != ':') break;
     ++at;
   }
-  if (at != end || count < 2 || range.first < 0 || range.last < range.first || range.step < 1
+  if (count == 1) range.last = range.first;
+  if (at != end || count < 1 || range.first < 0 || range.last < range.first || range.step < 1
       || range.last > 100000000) {
-    throw Error(ExitCode::usage,
-                fmt::format("--frames: expected A:B or A:B:STEP, the first and the last frame, got "
-                            "'{}'",
-                            text));
+    throw Error(
+        ExitCode::usage,
+        fmt::format("--frames: expected A, A:B or A:B:STEP, the first and the last frame, got "
+                    "'{}'",
+                    text));
   }
   return range;
 }
@@ -285,12 +287,13 @@ int run(int argc, char** argv) {
       ->type_name("FILE");
   render->add_option("--every", arguments.preview_every, "How often (5s)")
       ->type_name("TIME")
+      ->needs("--preview")
       ->transform(duration(false));
   render
       ->add_option_function<std::string>(
           "--frames", [&](const std::string& text) { arguments.frames = read_frames(text); },
           "A sequence: ## in names, {frame} and {t} in the scene and -D are each frame's")
-      ->type_name("A:B[:STEP]");
+      ->type_name("A[:B[:STEP]]");
   render
       ->add_option("--turntable", arguments.turntable,
                    "The camera turns by so many degrees about what it looks at")

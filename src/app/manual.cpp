@@ -123,7 +123,7 @@ _tyndall() {{
   case $previous in
     --device) mapfile -t COMPREPLY < <(compgen -W "{}" -- "$current"); return ;;
     --progress) mapfile -t COMPREPLY < <(compgen -W "{}" -- "$current"); return ;;
-    -o | --output | --report | --detectors | --checkpoint | --illumination)
+    -o | --output | --report | --detectors | --checkpoint | --illumination | --preview)
       mapfile -t COMPREPLY < <(compgen -f -- "$current"); return ;;
   esac
   if [[ ${{COMP_WORDS[1]}} == help ]]; then

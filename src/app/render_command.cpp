@@ -106,9 +106,10 @@ class Watch {
 
   void clear() { meter_.clear(); }
 
-  /// To those who look on.
-  void show_live(const RenderResult& result) {
+  /// To those who look on: the picture that was written.
+  void show_last(Renderer& renderer, const RenderResult& result) {
     if (display_) display_->show(result.picture);
+    if (!arguments_.preview.empty()) write_preview(renderer, result);
   }
 
  private:
@@ -405,7 +406,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   }
   RenderResult result = shows ? renderer->result() : renderer->preview(preview_seconds);
   write(result);
-  watch.show_live(result);
+  watch.show_last(*renderer, result);
   if (arguments.print_hash) {
     print(fmt::format("tallies {:016x} pixels {:016x}\n", result.hashes.tallies,
                       result.hashes.pixels));

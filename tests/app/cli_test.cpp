@@ -483,6 +483,23 @@ TEST_F(ResumeTest, ShowsThePictureWhereAskedAndGoesOn) {
   EXPECT_EQ(contents(folder_ / "a.pfm"), picture);
 }
 
+TEST_F(ResumeTest, PreviewsWhileItRenders) {
+  const pid_t child = start(long_render({"--preview", "p.pfm", "--every", "0.05s"}));
+  std::string early;
+  for (int i = 0; i < 5000 && early.empty(); ++i) {
+    early = contents(folder_ / "p.pfm");
+    std::this_thread::sleep_for(2ms);
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "a.pfm") && !contents(folder_ / "a.pfm").empty())
+      << "it was still rendering";
+  EXPECT_EQ(wait(child).code, 0);
+  const std::string whole = contents(folder_ / "a.pfm");
+  EXPECT_EQ(early.size(), whole.size());
+  EXPECT_NE(early, whole);
+  EXPECT_EQ(contents(folder_ / "p.pfm"), whole) << "it ends as the picture";
+  expect_error({"render", "scene.json", "--every", "1s"}, 2, "--preview");
+}
+
 TEST_F(ResumeTest, EndsAtALimitWithAPicture) {
   const Outcome limited = run(long_render({"--time-limit", "1s"}, "1e9", "1e6"));
   EXPECT_EQ(limited.code, 8) << limited.err;
@@ -640,7 +657,7 @@ TEST_F(CliTest, ASequenceGoesOnWhereItWasStopped) {
 }
 
 TEST_F(CliTest, RefusesWrongSequences) {
-  for (const char* wrong : {"", "3", "3:1", "1:2:0", "a:b", "1:2:3:4", "-1:2"})
+  for (const char* wrong : {"", "3:", "3:1", "1:2:0", "a:b", "1:2:3:4", "-1:2"})
     expect_error({"render", "scene.json", std::string("--frames=") + wrong, "-o", "f.##.pfm"}, 2,
                  "--frames");
   expect_error({"render", "scene.json", "--frames", "1:2", "-o", "f.pfm"}, 2, "frame.####.exr");
@@ -681,6 +698,32 @@ TEST_F(CliTest, BakesLight) {
                 R"(medium.components[0].field={"type":"grid","size":[2,2,2],"file":"grid.raw"})",
                 "-o", "grid.json"},
                2, "grid.raw: is read by the scene");
+}
+
+TEST_F(CliTest, SequencesKeepTheFramesBeforeOneThatCannotBeRead) {
+  for (const char* name : {"v01.raw", "v03.raw"})
+    std::ofstream(folder_ / name) << std::string(32, '\0');
+  const Outcome outcome =
+      run({"render", "scene.json", "--frames", "1:3", "-o", "f.##.pfm", "-D",
+           R"(medium.components[0].field={"type":"grid","size":[2,2,2],"file":"v##.raw"})"});
+  EXPECT_EQ(outcome.code, 4) << outcome.err;
+  EXPECT_NE(outcome.err.find("v02.raw"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(names().contains("f.01.pfm")) << outcome.err;
+}
+
+TEST_F(CliTest, BakesThatCannotBeAreRefusedBeforeThePhotons) {
+  expect_error({"bake", "scene.json", "-o", "a.json", "-o", "a.json"}, 2, "is asked for twice");
+  std::string lights = "lights=[";
+  for (int i = 0; i < 7; ++i)
+    lights +=
+        R"({"type":"point","position":[1.5,2,0.5],"power":1})" + std::string(i < 6 ? "," : "]");
+  const Outcome outcome = run({"bake", "scene.json", "-o", "a.html", "--per-light", "-D", lights});
+  if (outcome.err.find("this build bakes no") == std::string::npos) {
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_NE(outcome.err.find("room for 6 lights, this scene has 7"), std::string::npos)
+        << outcome.err;
+    EXPECT_EQ(outcome.err.find("photons  "), std::string::npos) << outcome.err;
+  }
 }
 
 TEST_F(CliTest, StoppedBakesHaveThePhotonsSoFar) {

@@ -143,4 +143,8 @@ print(f"{len(kernels)} kernels, {min(k[0] for k in kernels.values())} to {max(k[
 sys.exit(bad > 0)
 PYTHON
 
+
+# ---- the example of docs/library.md
+nvcc -std=c++20 --fmad=false --expt-relaxed-constexpr -diag-suppress=20012 -Werror=all-warnings -arch=sm_90 -I include \
+  -c docs/example/free_paths.cu -o "$scratch/example.o" || faults=1
 exit "$faults"

@@ -37,13 +37,12 @@ ELSEWHERE = [
     (r"cmake --install build/release", "test", "guards.installed_package_works"),
     (r"cmake --preset cuda", "test", "guards.cuda"),
     (r"scripts/gpu_(pack|check)", "test", "guards.cuda"),
-    (r"scripts/compare", "test", "guards.documented_commands"),  # below
     (r"blender ", "test", "guards.blender"),
     (r"python3 tests/guards/(page_in_browser)\.py", "test", r"guards.\1"),
     (r"tyndall-bench --device cuda", "text", "scripts/gpu_check", "--device cuda"),
     (r"mi/bin/|python3 -m venv mi", "test", "Convert.*MitsubaRendersTheSamePicture"),
     (r"pbrt |imgtool ", "nobody", "pbrt is in no package"),
-    (r"man tyndall", "text", "tests/package/run.sh", "man"),
+    (r"man tyndall", "test", "CliTest.TheManualHasEveryOption"),
     (r"build/cuda/", "text", "scripts/gpu_check", "--device cuda"),
     (r"scripts/check_all", "nobody", "hours, by hand: it runs the tests and all that they leave out"),
     (r"scripts/render$", "test", "guards.documented_commands"),
@@ -58,6 +57,11 @@ SHORTER = [
     (r"--benchmark_repetitions=9 --benchmark_min_time=0\.1", "--benchmark_repetitions=2 --benchmark_min_time=0.001"),
     (r"^perf stat -r 60 ", ""),
     (r"--seconds 5\b", "--seconds 0.01"),
+    # Without Mitsuba, and one picture of each setting.
+    (r"--mitsuba 8 --mitsuba-seeds 3", "--python python3"),
+    (r"--python mi/bin/python --sheet sheet\.png", ""),
+    (r"--work /tmp/compare --seeds 8", "--work compare --seeds 1"),
+    (r"--samples (64|256|128|1024)'", "--samples 2'"),
 ]
 # (program, an option that the line may have, what is added where it does not)
 SHORT_OPTIONS = [
@@ -157,6 +161,13 @@ def run(where, command, folder, environment):
         if not is_known_test(tests[1]):
             fail(where, "no test is called " + tests[1])
         return
+    if re.match(r"scripts/\w+$", command):  # a mention
+        if not os.path.exists(os.path.join(ROOT, command)):
+            fail(where, "there is no " + command)
+        return
+    if command.startswith("scripts/compare") and not has_numpy():
+        print("SKIPPED %s: no numpy here" % where)
+        return
     program = re.search(r"\btyndall-\w+|mpirun", command)
     if program and not (shutil.which(program[0], path=environment["PATH"])):
         print("SKIPPED %s: no %s here" % (where, program[0]))
@@ -191,10 +202,18 @@ def make_folder(folder, path):
     os.chmod(os.path.join(folder, "bin/sbatch"), 0o755)
     with open(os.path.join(folder, "scene.json"), "w") as file:
         json.dump(SCENE, file)
+    if path.endswith("comparison.md") and has_numpy():
+        subprocess.run(["python3", "-c", "import numpy as n\n"
+                        "n.save('cloud_hv_256.npy', n.random.default_rng(1).random((8, 8, 8), dtype=n.float32) / 9)\n"
+                        "n.savez('reference_hv_0.99.npz', img=n.ones((12, 16)), rel_err=0.01)"], cwd=folder, check=True)
     if path.endswith("reliability.md"):
         tyndall = os.path.join(BUILD, "tyndall")
         subprocess.run([tyndall, "render", "scene.json", "--sample-range", "0:1", "-o", "part.tyn"], cwd=folder,
                        check=True, capture_output=True)
+
+
+def has_numpy():
+    return subprocess.run(["python3", "-c", "import numpy"], capture_output=True).returncode == 0
 
 
 def scenes_with(lines):
@@ -227,8 +246,13 @@ def run_document(path):
                     with open(os.path.join(folder, "scene.json"), "w") as file:
                         json.dump(scene, file)
                     run(where, "tyndall validate scene.json", folder, environment)
+            elif lines[0].startswith('{ "tyndall": 1,'):  # a scene, whose name stands before it
+                before = "\n".join(text.split("\n")[max(number - 5, 0):number])
+                for name in re.findall(r"`(\w+\.json)`", before):
+                    with open(os.path.join(folder, name), "w") as file:
+                        file.write("\n".join(lines))
             elif lines[0].startswith("import "):
-                if subprocess.run(["python3", "-c", "import numpy"], capture_output=True).returncode:
+                if not has_numpy():
                     print("SKIPPED %s: no numpy here" % where)
                     continue
                 with open(os.path.join(folder, "read.py"), "w") as file:

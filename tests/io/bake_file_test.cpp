@@ -167,6 +167,40 @@ TEST(BakeFile, halves_take_half_the_room) {
   EXPECT_NE(half[0].bytes.find("rgb16f"), std::string::npos);
 }
 
+TEST(BakeFile, halves_end_at_the_largest_one) {
+  Baked b = baked(cloud());
+  for (Vec3f& c : b.light.groups[0].fluence) c = 1e5f * c;
+  b.light.relative_error[0] = 1e6f;
+  const auto files = bake_files({"scene.json", b.scene, b.light, {}}, "light.json", {true, 16, 0});
+  const std::string& raw = files[1].bytes;
+  std::size_t largest = 0;
+  for (std::size_t at = 0; at < raw.size(); at += 2) {
+    std::uint16_t half = 0;
+    std::memcpy(&half, &raw[at], sizeof half);
+    ASSERT_LT(half & 0x7fff, 0x7c00) << at << ": infinite or no number";
+    largest += half == 0x7bff;
+  }
+  EXPECT_GT(largest, 1u);
+}
+
+TEST(BakeFile, says_how_it_was_made) {
+  const Baked b = baked(cloud());
+  const Bake bake{"scene.json", b.scene, b.light, {{"tyndall.seed", "4711"}}};
+  std::vector<std::string> names{"light.json"};
+#if TYNDALL_OPENVDB
+  names.push_back("light.vdb");
+#endif
+#if TYNDALL_ZLIB
+  names.push_back("light.html");
+#endif
+  for (const std::string& name : names) {
+    const std::string bytes = bake_files(bake, name, {false, 16, 0})[0].bytes;
+    const std::size_t key = bytes.find("tyndall.seed"), value = bytes.find("4711", key);
+    ASSERT_NE(key, std::string::npos) << name;
+    EXPECT_LT(value - key, 40u) << name;
+  }
+}
+
 #if TYNDALL_OPENVDB
 
 /// Writes `bytes` and reads the grid back.

@@ -340,12 +340,11 @@ fs::path source_folder() {
   return folder ? folder : fs::path(__FILE__).parent_path().parent_path().parent_path();
 }
 
-TEST_F(SceneJson, TheSampleOfTheReadmeIsValid) {
-  const std::string readme = contents(source_folder() / "README.md");
-  const std::size_t start = readme.find("\n    { \"tyndall\": 1,"),
-                    end = readme.find("\n\n", start);
-  ASSERT_NE(end, readme.npos);
-  const Scene scene = read(readme.substr(start, end - start));
+TEST_F(SceneJson, TheSampleOfTheDocumentationIsValid) {
+  const std::string page = contents(source_folder() / "docs/first_cloud.md");
+  const std::size_t start = page.rfind("\n    { \"tyndall\": 1,"), end = page.find("\n\n", start);
+  ASSERT_NE(end, page.npos);
+  const Scene scene = read(page.substr(start, end - start));
   EXPECT_TRUE(warnings_.empty());
   EXPECT_EQ(scene.lights.size(), 3u);
 }

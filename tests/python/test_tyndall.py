@@ -28,6 +28,14 @@ def scene(values):
 
 
 class Package(unittest.TestCase):
+    def test_does_what_its_page_shows(self):
+        with open(os.path.join(ROOT, "docs/python.md"), encoding="utf-8") as file:
+            code = file.read().split("```python\n")[1].split("```")[0]
+        shown = {}
+        exec(code, shown)
+        self.assertEqual(shown["result"].picture.shape, (240, 320, 4))
+        self.assertEqual(shown["light"].fluence["directional_0"].shape[3], 3)
+
     def test_has_the_hashes_of_the_command_line(self):
         values = ball()
         with tempfile.TemporaryDirectory() as folder:
