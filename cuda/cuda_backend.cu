@@ -19,13 +19,6 @@
 namespace tyndall {
 namespace {
 
-/// Why there is no device. Without any driver the runtime complains about the driver's version.
-std::string problem(cudaError_t status) {
-  int driver = 0;
-  if (cudaDriverGetVersion(&driver) == cudaSuccess && driver == 0) return "no NVIDIA driver";
-  return cudaGetErrorString(status);
-}
-
 /// The light of the sums, without a way through the host.
 __global__ void read_out(const std::int64_t* sums, std::size_t count, double photon_power,
                          float* light) {
@@ -236,23 +229,6 @@ class CudaBackend final : public Backend {
 };
 
 }  // namespace
-
-CudaDevices cuda_devices() {
-  CudaDevices devices;
-  int count = 0;
-  if (const cudaError_t status = cudaGetDeviceCount(&count); status != cudaSuccess) {
-    devices.problem = problem(status);
-    return devices;
-  }
-  for (int device = 0; device < count; ++device) {
-    cudaDeviceProp p;
-    require(cudaGetDeviceProperties(&p, device), "asking for the device's properties");
-    devices.names.push_back(std::string(p.name) + ", " + std::to_string(p.totalGlobalMem >> 20)
-                            + " MiB, sm_" + std::to_string(10 * p.major + p.minor));
-  }
-  if (devices.names.empty()) devices.problem = "no device";
-  return devices;
-}
 
 std::unique_ptr<Backend> make_cuda_backend(int device) {
   return std::make_unique<CudaBackend>(device);

@@ -16,6 +16,9 @@
 
 namespace tyndall {
 
+/// Why there is no device. Without any driver the runtime complains about the driver's version.
+std::string problem(cudaError_t status);
+
 /// \throws Error(device) where `status` is none of success; `what` was tried
 inline void require(cudaError_t status, const std::string& what) {
   if (status == cudaSuccess) return;

@@ -161,8 +161,8 @@ FrameRange read_frames(const std::string& text) {
     ++at;
   }
   if (count == 1) range.last = range.first;
-  if (at != end || count < 1 || range.first < 0 || range.last < range.first || range.step < 1
-      || range.last > 100000000) {
+  if (at != end || text.ends_with(':') || count < 1 || range.first < 0 || range.last < range.first
+      || range.step < 1 || range.last > 100000000) {
     throw Error(
         ExitCode::usage,
         fmt::format("--frames: expected A, A:B or A:B:STEP, the first and the last frame, got "
