@@ -29,19 +29,20 @@ void refuse_gaps(const Partial& part, const std::string& name, bool allowed, Nee
   }
   if (gaps.empty()) return;
   const std::string problem = fmt::format("{}: lacks {} of the render", name, gaps);
-  bool is_cut = false;  // light that samples have read is as it is
+  Ranges cut;  // light that samples have read is as it is
   for (std::size_t r = 0; r < part.replicates.size(); ++r) {
     const Replicate& replicate = part.replicates[r];
-    const IndexRange all = part.frame.photons_of(static_cast<int>(r));
-    is_cut = is_cut || (!replicate.samples.empty() && !replicate.photons.missing(all).empty());
+    if (!replicate.samples.empty())
+      cut.add(replicate.photons.missing(part.frame.photons_of(static_cast<int>(r))));
   }
   if (!allowed) {
-    throw Error(
-        ExitCode::input_missing,
-        problem
-            + (is_cut ? "; its samples have read the light without them, so that no part can "
-                        "add them: render that part to its end, or --allow-gaps"
-                      : "; add the parts that have them, or --allow-gaps to do without"));
+    const std::string remedy =
+        cut.empty() ? "; add the parts that have them, or --allow-gaps to do without"
+                    : fmt::format(
+                        "; samples have read the light without photons {}, which no part "
+                        "can add: render what they are of to its end, or --allow-gaps",
+                        cut.text());
+    throw Error(ExitCode::input_missing, problem + remedy);
   }
   warn(problem);
 }

@@ -67,6 +67,21 @@ void refuse_ranges_beyond(const Scene& scene, const RenderArguments& arguments) 
   refuse("--sample-range", arguments.samples, scene.samples, "gather.samples");
 }
 
+/// Photons for others are kept with the light of each replicate that has some.
+int lights_kept(const Scene& scene, const RenderArguments& arguments) {
+  if (!arguments.photons || arguments.samples) return 1;
+  Frame frame;
+  frame.photons = scene.photons;
+  frame.replicates =
+      static_cast<int>(std::min({scene.photons, scene.samples, std::uint64_t{most_replicates}}));
+  int lights = 0;
+  for (int r = 0; r < frame.replicates; ++r) {
+    const IndexRange all = frame.photons_of(r);
+    lights += all.begin < arguments.photons->end && arguments.photons->begin < all.end;
+  }
+  return std::max(lights, 1);
+}
+
 // ---- One run. ----
 
 /// What is asked of a render while it runs: to be stopped, looked at, written down.
@@ -108,6 +123,7 @@ class Watch {
 
   /// To those who look on: the picture that was written.
   void show_last(Renderer& renderer, const RenderResult& result) {
+    if (!renderer.has_picture() && !result.is_preview) return;  // photons alone
     if (display_) display_->show(result.picture);
     if (!arguments_.preview.empty()) write_preview(renderer, result);
   }
@@ -329,10 +345,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   for (const std::string& warning : file.warnings) warn(warning);
   require_detectors(scene, arguments.detectors);
   refuse_ranges_beyond(scene, arguments);
-  // Parts that are photons have the light of all replicates.
-  const bool has_all_light =
-      (arguments.photons && !arguments.samples) || !arguments.illumination.empty();
-  if (const std::string shortage = memory_shortage(scene, has_all_light ? most_replicates : 1);
+  if (const std::string shortage = memory_shortage(scene, lights_kept(scene, arguments));
       !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
   const int threads = ranks ? threads_of_rank(arguments, *ranks) : arguments.threads;
@@ -395,17 +408,19 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
       has_checkpoint ? fmt::format("; --checkpoint {} --resume goes on", arguments.checkpoint) : "";
   const ExitCode stopped = signal != 0 ? static_cast<ExitCode>(128 + signal) : ExitCode::limit;
   const bool shows = renderer->has_picture() || renderer->shoots_only();
-  if (!is_done && !shows && signal != 0 && !has_checkpoint) {
-    end(stopped);
-    throw Stopped{};
-  }
+  if (!is_done && !shows && signal != 0 && arguments.checkpoint.empty()) throw Stopped{};
   if (!is_done && !shows && !renderer->has_preview()) {
     say(fmt::format("tyndall: stopped by {} before there was anything to see: no picture{}\n",
                     reason, remedy));
     return end(stopped);
   }
   RenderResult result = shows ? renderer->result() : renderer->preview(preview_seconds);
-  write(result);
+  try {
+    write(result);
+  } catch (const Error& error) {
+    if (lost.empty()) throw;
+    throw Error(error.code(), fmt::format("{}\n{}", error.what(), lost));
+  }
   watch.show_last(*renderer, result);
   if (arguments.print_hash) {
     print(fmt::format("tallies {:016x} pixels {:016x}\n", result.hashes.tallies,

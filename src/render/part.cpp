@@ -215,7 +215,10 @@ bool Partial::is_complete() const {
 
 Partial without_light(Partial part) {
   part.slice_replicate = -1;
+  part.slice = {0, 0};
+  part.slice_pixels = 0;
   part.slice_film = {};
+  part.slice_gathered = {};
   part.matter = {};
   part.matter_cells = 0;
   if (part.film.pixels.empty()) return part;

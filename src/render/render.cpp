@@ -149,6 +149,7 @@ class Renderer::Work {
     part_.slice_gathered = part.slice_gathered;
     merge(part_, "this render", std::move(part), name);
     part_.slice_replicate = slice_replicate;
+    taken_ = -1;
   }
 
   bool run() {
@@ -186,7 +187,7 @@ class Renderer::Work {
   }
 
   bool has_preview() const {
-    return part_.matter_cells == part_.frame.cells
+    return part_.matter_cells == part_.frame.cells && (!prepared_.has_grid || !denominator_.empty())
            && (part_.frame.photons == 0 || current().photons.count() + fresh_photons_.count() > 0);
   }
 

@@ -498,6 +498,11 @@ TEST_F(ResumeTest, PreviewsWhileItRenders) {
   EXPECT_NE(early, whole);
   EXPECT_EQ(contents(folder_ / "p.pfm"), whole) << "it ends as the picture";
   expect_error({"render", "scene.json", "--every", "1s"}, 2, "--preview");
+  fs::remove(folder_ / "p.pfm");  // photons alone have no picture
+  const Outcome photons =
+      run({"render", "scene.json", "--photon-range", "0:10", "-o", "l.tyn", "--preview", "p.pfm"});
+  EXPECT_EQ(photons.code, 0) << photons.err;
+  EXPECT_FALSE(fs::exists(folder_ / "p.pfm"));
 }
 
 TEST_F(ResumeTest, EndsAtALimitWithAPicture) {

@@ -249,6 +249,37 @@ TEST(Parts, that_a_limit_of_time_cut_keep_their_photons) {
   EXPECT_TRUE(same(last.result(), render(scene, *make_cpu_backend())));
 }
 
+TEST(Parts, of_photons_alone_have_no_preview_before_the_matter_is_read_out) {
+  const Scene scene = small();
+  const auto backend = make_cpu_backend(2);
+  RenderOptions options;
+  options.batch = 10;
+  options.go_on = [](Renderer& r, Moment moment) {
+    return moment != Moment::batch || !r.has_preview();
+  };
+  Renderer whole(scene, *backend, options);  // all matter, and some photons
+  EXPECT_FALSE(whole.run());
+  Partial part = whole.part();
+  options.photons = IndexRange{0, 400};
+  bool has_preview = false;
+  options.go_on = [&](Renderer& r, Moment) {
+    has_preview = has_preview || r.has_preview();
+    return true;
+  };
+  Renderer photons(scene, *backend, options);
+  photons.resume(part, "checkpoint");
+  EXPECT_TRUE(photons.run());
+  EXPECT_FALSE(has_preview);
+}
+
+TEST(Parts, without_light_say_nothing_of_samples_under_way) {
+  const Scene scene = small();
+  const Partial part = part_of(scene, {{}, IndexRange{0, 5}});
+  EXPECT_EQ(part.slice_replicate, -1);
+  EXPECT_EQ(part.slice.end, 0u);
+  EXPECT_EQ(part.slice_pixels, 0u);
+}
+
 TEST(Parts, have_the_larger_exposure_in_any_order) {
   Scene scene = small(), brighter = scene;
   brighter.exposure = 3;

@@ -51,8 +51,9 @@ class Schedule {
   Portion next_portion(Queue& queue) {
     queue.busy = 0;
     ++launches_;
-    if (!queue.is_empty() || !has_more()) return {next_, next_};
+    if (!queue.is_empty()) return {next_, next_};
     queue = {};
+    if (!has_more()) return {next_, next_};
     // As many as the lanes end in a few launches, so that one need not wait long for a pause.
     if (launches_ < 2) portion_ = std::min(2 * portion_, most_waiting);
     if (launches_ > 4) portion_ = portion_ / 2 + 1;

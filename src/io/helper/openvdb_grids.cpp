@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <sstream>
 #include <string>
@@ -343,7 +344,7 @@ openvdb::GridBase::Ptr dense(const Json& entry, std::uint64_t first) {
   return grid;
 }
 
-openvdb::GridBase::Ptr stored(const Json& entry, std::uint64_t first) {
+openvdb::GridBase::Ptr stored(const Json& entry, std::uint64_t first, bool half) {
   const std::uint64_t size = entry.at("bytes");
   auto buffer = nanovdb::HostBuffer::create(size);
   read_at(first + entry.at("at").get<std::uint64_t>(), buffer.data(), size);
@@ -351,7 +352,9 @@ openvdb::GridBase::Ptr stored(const Json& entry, std::uint64_t first) {
   const auto grid =
       openvdb::gridPtrCast<openvdb::FloatGrid>(nanovdb::nanoToOpenVDB<nanovdb::HostBuffer>(handle));
   const float scale = entry.at("scale");
-  for (auto value = grid->beginValueAll(); value; ++value) value.setValue(scale * *value);
+  const float most = half ? 65504.0f : std::numeric_limits<float>::max();
+  for (auto value = grid->beginValueAll(); value; ++value)
+    value.setValue(std::clamp(scale * *value, -most, most));
   return grid;
 }
 
@@ -414,7 +417,7 @@ Json write_grids(bool nano) {
   for (const Json& entry : header.at("grids")) {
     openvdb::GridBase::Ptr grid;
     if (entry.contains("bytes"))
-      grid = stored(entry, first);
+      grid = stored(entry, first, header.at("half"));
     else if (entry.at("channels") == 3)
       grid = dense<openvdb::Vec3SGrid>(entry, first);
     else
