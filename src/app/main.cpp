@@ -281,13 +281,14 @@ int run(int argc, char** argv) {
       ->add_option("--display", arguments.display,
                    "Shows the picture while it is made in the viewer tev")
       ->type_name("HOST:PORT");
-  render
-      ->add_option("--preview", arguments.preview,
-                   "Writes the picture while it is made, again and again")
-      ->type_name("FILE");
+  CLI::Option* const preview =
+      render
+          ->add_option("--preview", arguments.preview,
+                       "Writes the picture while it is made, again and again")
+          ->type_name("FILE");
   render->add_option("--every", arguments.preview_every, "How often (5s)")
       ->type_name("TIME")
-      ->needs("--preview")
+      ->needs(preview)  // by name, CLI11 would not survive a lack of memory
       ->transform(duration(false));
   render
       ->add_option_function<std::string>(
