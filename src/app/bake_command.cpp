@@ -17,20 +17,10 @@
 #include "io/scene_json.h"
 #include "tyndall/render/bake.h"
 #include "tyndall/render/error.h"
+#include "tyndall/render/prepare.h"
 
 namespace tyndall::app {
 namespace {
-
-/// Names of the lights that are kept apart; none: all together.
-std::vector<std::string> light_groups(const Scene& scene) {
-  std::vector<std::string> names;
-  for (const scene::Light& light : scene.lights) {
-    const std::string& name =
-        std::visit([](const auto& l) -> const std::string& { return l.group; }, light);
-    if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(name);
-  }
-  return names;
-}
 
 float brightest(const BakedLight& light) {
   float most = 0;
@@ -57,7 +47,6 @@ ExitCode bake_command(const BakeArguments& arguments) {
   refuse_inputs(file.inputs, paths);
   for (const std::string& warning : file.warnings) warn(warning);
   const Scene scene = scene_to_bake(file.scene, arguments.order > 0, arguments.per_light);
-  for (const std::string& path : arguments.outputs) io::require_room(path, light_groups(scene));
   if (const std::string shortage = memory_shortage(scene, most_replicates); !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
   Device device = open_device(device_name, arguments.threads);
@@ -71,6 +60,8 @@ ExitCode bake_command(const BakeArguments& arguments) {
   render_options.measures_matter = true;
   const std::unique_ptr<Renderer> renderer = begin_render(
       scene, device, device_name, arguments.threads, render_options, [&meter] { meter.clear(); });
+  for (const std::string& path : arguments.outputs)
+    io::require_room(path, renderer->scene().cells.groups);
   const bool is_done = renderer->run();
   end_patience();
   meter.clear();

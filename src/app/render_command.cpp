@@ -72,8 +72,7 @@ int lights_kept(const Scene& scene, const RenderArguments& arguments) {
   if (!arguments.photons || arguments.samples) return 1;
   Frame frame;
   frame.photons = scene.photons;
-  frame.replicates =
-      static_cast<int>(std::min({scene.photons, scene.samples, std::uint64_t{most_replicates}}));
+  frame.replicates = replicate_count(scene.photons, scene.samples);
   int lights = 0;
   for (int r = 0; r < frame.replicates; ++r) {
     const IndexRange all = frame.photons_of(r);

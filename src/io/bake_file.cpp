@@ -195,9 +195,9 @@ void require_bake(const std::string& path, const BakeOptions& options) {
                             format->extension));
 }
 
-void require_room(const std::string& path, const std::vector<std::string>& lights) {
+void require_room(const std::string& path, int lights) {
 #if TYNDALL_ZLIB
-  if (fs::path(path).extension() == ".html") require_room_in_page(path, lights.size());
+  if (fs::path(path).extension() == ".html") require_room_in_page(path, lights);
 #else
   static_cast<void>(path), static_cast<void>(lights);
 #endif

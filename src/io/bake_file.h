@@ -8,12 +8,10 @@
 #include <vector>
 
 #include "io/convert.h"
+#include "io/helper/protocol.h"
 #include "tyndall/render/bake.h"
 
 namespace tyndall::io {
-
-/// Larger numbers are cut, where floats have 16 bits.
-inline constexpr float largest_half = 65504.0f;
 
 struct BakeOptions {
   bool half = false;  ///< floats of 16 bits
@@ -36,7 +34,7 @@ std::string known_bakes();
 void require_bake(const std::string& path, const BakeOptions& options);
 
 /// \throws Error(usage) where a file at `path` has no room for so many lights.
-void require_room(const std::string& path, const std::vector<std::string>& lights);
+void require_room(const std::string& path, int lights);
 
 /// \return the files that will be: `path`, and what lies beside it.
 std::vector<std::string> bake_paths(const std::string& path);

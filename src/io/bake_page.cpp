@@ -21,7 +21,7 @@ namespace tyndall::io {
 namespace {
 
 constexpr int usual_voxels = 128, most_page_voxels = 256;
-constexpr std::size_t most_lights = 6;
+constexpr int most_lights = 6;
 
 std::string gzip(const std::string& bytes) {
   z_stream stream{};
@@ -195,7 +195,7 @@ Json camera(const Scene& scene) {
 
 }  // namespace
 
-void require_room_in_page(const std::string& path, std::size_t lights) {
+void require_room_in_page(const std::string& path, int lights) {
   if (lights <= most_lights) return;
   throw Error(ExitCode::usage,
               fmt::format("{}: a page has room for {} lights, this scene has {}: put some into one "

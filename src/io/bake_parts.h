@@ -38,6 +38,6 @@ Texture density_of(const BakedLight& light, const OneMedium& medium);
 /// A page for browsers, in which the lit cloud can be turned. \pre there is room for its lights
 std::string bake_page(const Bake& bake, const BakeOptions& options);
 /// \throws Error(usage) where there are too many; `path` is the page's
-void require_room_in_page(const std::string& path, std::size_t lights);
+void require_room_in_page(const std::string& path, int lights);
 
 }  // namespace tyndall::io

@@ -11,6 +11,7 @@
 
 #include "tyndall/base/hash.h"
 #include "tyndall/render/error.h"
+#include "tyndall/render/render.h"
 
 namespace tyndall {
 namespace {
@@ -184,6 +185,11 @@ bool Ranges::operator==(const Ranges& other) const {
 }
 
 // ---- Frames and parts
+
+int replicate_count(std::uint64_t photons, std::uint64_t samples) {
+  const std::uint64_t most = std::min<std::uint64_t>(samples, most_replicates);
+  return static_cast<int>(photons > 0 ? std::min(photons, most) : most);
+}
 
 IndexRange Frame::photons_of(int r) const { return share(photons, r, replicates); }
 IndexRange Frame::samples_of(int r) const { return share(samples, r, replicates); }

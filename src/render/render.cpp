@@ -99,9 +99,7 @@ Frame frame_of(const Scene& scene, const PreparedScene& prepared,
   frame.seed = scene.seed;
   frame.photons = prepared.emitters.empty() || !prepared.has_grid ? 0 : scene.photons;
   frame.samples = scene.samples;
-  std::uint64_t replicates = std::min<std::uint64_t>(scene.samples, most_replicates);
-  if (frame.photons > 0) replicates = std::min(frame.photons, replicates);
-  frame.replicates = static_cast<int>(replicates);
+  frame.replicates = replicate_count(frame.photons, frame.samples);
   frame.components = static_cast<int>(scene.medium.components.size());
   frame.has_bounds = scene.sampler != scene::Sampler::ray_marching;
   frame.width = prepared.film_width;

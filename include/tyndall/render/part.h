@@ -38,6 +38,9 @@ class Ranges {
   std::vector<IndexRange> ranges_;
 };
 
+/// \return into how many replicates a render of so many photons and samples is divided.
+int replicate_count(std::uint64_t photons, std::uint64_t samples);
+
 /// What a result has to know of its scene to become a picture.
 struct Frame {
   std::uint64_t scene_hash = 0;  ///< see scene_hash()

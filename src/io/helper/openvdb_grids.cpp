@@ -352,7 +352,7 @@ openvdb::GridBase::Ptr stored(const Json& entry, std::uint64_t first, bool half)
   const auto grid =
       openvdb::gridPtrCast<openvdb::FloatGrid>(nanovdb::nanoToOpenVDB<nanovdb::HostBuffer>(handle));
   const float scale = entry.at("scale");
-  const float most = half ? 65504.0f : std::numeric_limits<float>::max();
+  const float most = half ? largest_half : std::numeric_limits<float>::max();
   for (auto value = grid->beginValueAll(); value; ++value)
     value.setValue(std::clamp(scale * *value, -most, most));
   return grid;

@@ -35,6 +35,8 @@
 namespace tyndall::io {
 
 inline constexpr int grid_descriptor = 3;
+/// Larger numbers are cut, where floats have 16 bits.
+inline constexpr float largest_half = 65504.0f;
 inline constexpr const char* helper_name = "tyndall-vdb";
 
 // Values of "error".
