@@ -43,7 +43,7 @@ class CudaRow final : public Row {
                                             {accounts.data(), account_count},
                                             {}};
       const IndexRange range{begin, begin + count};
-      if constexpr (has_lanes<ShootPass<Medium, Sampler>>)
+      if constexpr (has_majorants<ShootPass<Medium, Sampler>>)
         run_pass(pass, range, {}, scratch_);
       else
         run_by_indices(pass, range, {}, 1, pace_);

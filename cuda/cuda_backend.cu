@@ -51,6 +51,8 @@ class CudaBackend final : public Backend {
   std::string name() const override { return name_; }
   int threads() const override { return thread_count(0); }
   double table_points() const override { return NoiseTable::device_points; }
+  // A run ends with its longest path, alone: the fewer runs, the better. It pauses when asked to.
+  std::uint64_t first_batch() const override { return Schedule::most_waiting; }
 
   void load(const PreparedScene& scene, const Stop& stop, const Stop& pause) override {
     select();

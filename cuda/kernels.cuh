@@ -85,9 +85,9 @@ inline constexpr bool is_plain =
 /// Blocks of a multiprocessor at the same time: as many as leave lanes the registers that they ask
 /// for, so that none has a stack (tests/guards/cuda.sh).
 template <class Pass>
-inline constexpr int blocks_at_once = sizeof(typename Pass::State) > 64  ? 3
-                                      : is_plain<decltype(Pass::medium)> ? 5
-                                                                         : 4;
+inline constexpr int blocks_at_once = sizeof(typename Pass::State) > 64 || !has_majorants<Pass> ? 3
+                                      : is_plain<decltype(Pass::medium)>                        ? 5
+                                                                                                : 4;
 
 /// Paths begin, in any order: those of indices [begin, end) that have a flight.
 template <class Pass>
@@ -177,7 +177,8 @@ std::uint64_t run_by_lanes(const Pass& pass, IndexRange range, const Interrupts&
   auto* const begun = scratch.paths.room<Begun<Pass>>(std::min(size, Schedule::most_waiting));
   Queue state{};
   Buffer<Queue> queue(&state, 1);
-  Pace turns(256, 1 << 16);
+  // A flight of fixed steps, to the end of the box, may take a lone lane a tenth of a second.
+  Pace turns(has_majorants<Pass> ? 256 : 2, 1 << 16);
   while (true) {
     stop_if(interrupts.stop);
     if (interrupts.pause && interrupts.pause()) schedule.pause();

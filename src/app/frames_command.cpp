@@ -97,7 +97,7 @@ class Sequence {
     return static_cast<double>(i) / static_cast<double>(frames_.size());
   }
 
-  const io::SceneFile& scene_of(std::size_t i) {
+  const std::shared_ptr<io::SceneFile>& scene_of(std::size_t i) {
     if (const auto known = scenes_.find(i); known != scenes_.end()) return known->second;
     std::vector<std::string> overrides = arguments_.overrides;
     for (std::string& text : overrides) text = of_frame(text, frames_[i], share(i));
@@ -109,12 +109,12 @@ class Sequence {
         usage_error("--turntable: turns a camera about its look_at, and this one has a matrix");
       turn(file.scene.camera, arguments_.turntable * share(i));
     }
-    return scenes_.emplace(i, std::move(file)).first->second;
+    return scenes_.emplace(i, std::make_shared<io::SceneFile>(std::move(file))).first->second;
   }
 
   /// Of all that makes the light: everything but the camera.
   std::uint64_t light_key(std::size_t i) {
-    Scene scene = scene_of(i).scene;
+    Scene scene = scene_of(i)->scene;
     scene.camera = {};
     return scene_hash(scene);
   }
@@ -139,7 +139,7 @@ class Sequence {
 #if TYNDALL_OPENEXR
     for (const std::string& path : paths) {
       if (fs::path(path).extension() != ".exr") continue;
-      const std::string expected = fmt::format("{:016x}", scene_hash(scene_of(i).scene));
+      const std::string expected = fmt::format("{:016x}", scene_hash(scene_of(i)->scene));
       for (const auto& [key, value] : io::read_exr(path).provenance) {
         if (key == "tyndall.scene_hash" && value != expected)
           usage_error(fmt::format(
@@ -169,43 +169,43 @@ class Sequence {
       return true;
     }
     say(title + "\n");
-    const io::SceneFile& file = scene_of(i);
-    refuse_inputs(file.inputs, outputs.paths());
+    const std::shared_ptr<io::SceneFile> file = scene_of(i);
+    refuse_inputs(file->inputs, outputs.paths());
     if (!has_warned_) {
-      for (const std::string& warning : file.warnings) warn(warning);
-      require_detectors(file.scene, arguments_.detectors);
+      for (const std::string& warning : file->warnings) warn(warning);
+      require_detectors(file->scene, arguments_.detectors);
       has_warned_ = true;
     }
-    if (const std::string shortage = memory_shortage(file.scene); !shortage.empty())
-      throw Error(ExitCode::out_of_memory, shortage);
+    const std::uint64_t key = light_key(i);
+    const bool is_lit = renderer_ && light_key_ == key;
+    if (!is_lit) {
+      renderer_.reset();
+      if (const std::string shortage = memory_shortage(file->scene); !shortage.empty())
+        throw Error(ExitCode::out_of_memory, shortage);
+    }
     outputs.open();
     if (!device_.backend) device_ = open_device(device_name_, arguments_.threads);
-
-    const std::uint64_t key = light_key(i);
-    const bool is_shared = ((light_ && light_key_ == key) || has_light_key(i + 1, key))
-                           && memory_shortage(file.scene, 2 * most_replicates).empty();
-    if (!is_shared) light_.reset();
-    if (is_shared && !(light_ && light_key_ == key)) {
-      if (!shoot(file.scene, frame)) return false;
-      light_key_ = key;
-    } else if (is_shared) {
-      say(fmt::format("light    of frame {}, {:.2f} s saved\n", light_frame_, light_seconds_));
+    const bool lights_next = has_light_key(i + 1, key);
+    if (is_lit) {
+      say(fmt::format("light    of frame {}, {:.2f} s saved\n", lit_frame_, light_seconds_));
+      renderer_->look(file->scene);
+    } else {
+      begin(file, frame, key, lights_next);
     }
-    const std::unique_ptr<Renderer> renderer = begin(file.scene, options());
-    if (light_) {  // whose scene is another one, but for the camera: see light_key()
-      Partial light = *light_;
-      light.frame = renderer->part().frame;
-      renderer->resume(std::move(light), "the light of another frame");
-    }
-    const bool is_done = renderer->run();
+    // One copy of its volumes is enough.
+    if (lights_next) scene_of(i + 1)->scene.medium = file->scene.medium;
+    const bool is_done = renderer_->run();
     meter_.clear();
     if (!is_done) return false;
-    RenderResult result = renderer->result();
-    finish(result, file.warnings);
+    RenderResult result = renderer_->result();
+    if (lit_frame_ == frame)
+      light_seconds_ = result.seconds.bounds + result.seconds.photons + result.seconds.matter;
+    finish(result, file->warnings);
     if (arguments_.denoises) io::denoise(result.picture);
-    const io::Run run{renderer->part(), result, arguments_.scene, device_.name, file.volumes};
+    const io::Run run{renderer_->part(), result, arguments_.scene, device_.name, file->volumes};
     say(io::report_lines(run));
     outputs.write(run);
+    if (!keeps_light_) renderer_.reset();
     if (arguments_.print_hash) {
       print(fmt::format("frame {} tallies {:016x} pixels {:016x}\n", frame, result.hashes.tallies,
                         result.hashes.pixels));
@@ -213,32 +213,17 @@ class Sequence {
     return caught_signal() == 0 || i + 1 == frames_.size();
   }
 
-  /// The light of all frames of the scene. \return false where a signal ended it.
-  bool shoot(const Scene& scene, int frame) {
-    light_.reset();
-    light_frame_ = frame;
-    RenderOptions all = options();
-    all.photons = IndexRange{0, scene.photons};
-    all.measures_matter = true;
-    const std::unique_ptr<Renderer> renderer = begin(scene, all);
-    const bool is_done = renderer->run();
-    meter_.clear();
-    if (!is_done) return false;
-    const PassSeconds seconds = renderer->result().seconds;
-    light_seconds_ = seconds.photons + seconds.matter;
-    light_ = renderer->part();
-    return true;
-  }
-
-  std::unique_ptr<Renderer> begin(const Scene& scene, const RenderOptions& options) {
-    return begin_render(scene, device_, device_name_, arguments_.threads, options,
-                        [this] { meter_.clear(); });
-  }
-
-  RenderOptions options() {
+  void begin(const std::shared_ptr<io::SceneFile>& file, int frame, std::uint64_t key,
+             bool lights_next) {
+    lit_ = file;
+    lit_frame_ = frame;
+    light_key_ = key;
     RenderOptions options = interruptible(meter_);
     options.batch = arguments_.batch;
-    return options;
+    options.keeps_light = keeps_light_ =
+        lights_next && memory_shortage(file->scene, most_replicates).empty();
+    renderer_ = begin_render(file->scene, device_, device_name_, arguments_.threads, options,
+                             [this] { meter_.clear(); });
   }
 
   const RenderArguments& arguments_;
@@ -247,10 +232,13 @@ class Sequence {
   ProgressMeter meter_;
   bool has_warned_ = false;
   std::vector<int> frames_;
-  std::map<std::size_t, io::SceneFile> scenes_;  // that were read and are still to be rendered
-  std::optional<Partial> light_;                 // of the frames that share it
+  std::map<std::size_t, std::shared_ptr<io::SceneFile>>
+      scenes_;                          // that were read and are still to be rendered
+  std::shared_ptr<io::SceneFile> lit_;  // whose bounds and light `renderer_` has
+  std::unique_ptr<Renderer> renderer_;  // of the frames that share them
   std::uint64_t light_key_ = 0;
-  int light_frame_ = 0;
+  int lit_frame_ = 0;
+  bool keeps_light_ = false;
   double light_seconds_ = 0;
 };
 

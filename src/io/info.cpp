@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iterator>
+#include <map>
+#include <string>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -138,8 +141,8 @@ std::string use_of(const Volume& v) {
 
 Json volume_info(const std::string& path, std::string& problem) {
   Json out{{"file", path}};
+  const auto [grids, metadata] = list_grids(path);
   out["grids"] = Json::array();
-  const std::vector<GridEntry> grids = list_grids(path);
   const auto densities = std::count_if(grids.begin(), grids.end(), [](const GridEntry& g) {
     return g.unique_name == "density" && is_numeric(g.type);
   });
@@ -167,8 +170,14 @@ Json volume_info(const std::string& path, std::string& problem) {
       d["problem"] = error.what();
       if (problem.empty()) problem = error.what();
     }
+    // Many writers tell each grid what they tell the file.
+    std::map<std::string, std::string> own;
+    std::set_difference(grid.metadata.begin(), grid.metadata.end(), metadata.begin(),
+                        metadata.end(), std::inserter(own, own.end()));
+    if (!own.empty()) d["metadata"] = own;
     out["grids"].push_back(d);
   }
+  if (!metadata.empty()) out["metadata"] = metadata;
   if (read_one) problem.clear();
   if (!use.is_null()) out["component for a scene"] = use;
   return out;

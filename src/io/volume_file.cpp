@@ -401,17 +401,20 @@ LoadedVolume load_mesh(const std::string& path, int voxels) {
   return load(path, {"mesh", std::to_string(voxels)});
 }
 
-std::vector<GridEntry> list_grids(const std::string& path) {
+VolumeContents list_grids(const std::string& path) {
   const Descriptor file = open_file(path), memory = memory_file();
   const Outcome outcome = call_helper(path, file, memory, {"list", format_of(path), ""});
   if (outcome.report.contains("error")) fail_as_reported(path, outcome.report);
-  std::vector<GridEntry> entries;
+  using Texts = std::map<std::string, std::string>;
+  VolumeContents contents;
+  contents.metadata = outcome.report.value("metadata", Texts());
   for (const Json& grid : outcome.report.value("grids", Json::array())) {
-    entries.push_back({grid.value("unique_name", ""), grid.value("type", ""),
-                       grid.value("class", ""), grid.value("voxels", std::uint64_t{0}),
-                       grid.value("transform", std::vector<double>{})});
+    contents.grids.push_back({grid.value("unique_name", ""), grid.value("type", ""),
+                              grid.value("class", ""), grid.value("voxels", std::uint64_t{0}),
+                              grid.value("transform", std::vector<double>{}),
+                              grid.value("metadata", Texts())});
   }
-  return entries;
+  return contents;
 }
 
 std::string encode_grids(const std::string& path, bool nano, const std::vector<GridToWrite>& grids,

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -23,7 +24,14 @@ struct GridEntry {
   std::string unique_name;  ///< "density[1]" for the second one named density
   std::string type, grid_class;
   std::uint64_t voxels = 0;
-  std::vector<double> transform;  ///< index space to world space, 3 rows of 4
+  std::vector<double> transform;                ///< index space to world space, 3 rows of 4
+  std::map<std::string, std::string> metadata;  ///< that its maker wrote
+};
+
+/// What a file says without its voxels.
+struct VolumeContents {
+  std::vector<GridEntry> grids;
+  std::map<std::string, std::string> metadata;
 };
 
 /// A grid that was read, and how that went.
@@ -46,7 +54,7 @@ LoadedVolume load_volume(const std::string& path, const std::string& fallback,
 LoadedVolume load_mesh(const std::string& path, int voxels);
 
 /// \throws Error(input_missing).
-std::vector<GridEntry> list_grids(const std::string& path);
+VolumeContents list_grids(const std::string& path);
 
 /// A grid to be written: numbers or colours at the middles of the voxels of a box, or one that was
 /// read.

@@ -396,18 +396,10 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.is_apart = scene.single_scattering == scene::SingleScattering::apart;
   prepare_lights(scene, box, threads, stop, out);
   prepare_groups(out);
-  out.camera = prepare_camera(scene, out.filter_quantiles);
-  out.film_width = out.camera.window.width;
-  out.film_height = out.camera.window.height;
   out.background = to_vec3f(scene.background);
-  const bool is_dark =
-      !(largest(out.background) > 0.0f)
-      && !DirectLights{out.direct_lights.data(), static_cast<int>(out.direct_lights.size())}
-              .any_met();
-  if (is_dark) out.bright_pixels = pixels_that_meet(out.camera, box);
+  prepare_view(scene, out);
   out.film_unit = film_unit(scene, out.components, box);
   out.seed = scene.seed;
-  out.hash = scene_hash(scene);
 
   const auto [cx, cy, cz] =
       out.has_grid ? stored_illumination_resolution(scene) : std::array<int, 3>{1, 1, 1};
@@ -430,6 +422,18 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.matter_scale = static_cast<float>(std::ldexp(1.0, 40 - exponent));
   out.detectors = view(scene.detectors, extent);
   return out;
+}
+
+void prepare_view(const Scene& scene, PreparedScene& prepared) {
+  PreparedScene& p = prepared;
+  p.camera = prepare_camera(scene, p.filter_quantiles);
+  p.film_width = p.camera.window.width;
+  p.film_height = p.camera.window.height;
+  const DirectLights lights{p.direct_lights.data(), static_cast<int>(p.direct_lights.size())};
+  const bool is_dark = !(largest(p.background) > 0.0f) && !lights.any_met();
+  p.bright_pixels =
+      is_dark ? pixels_that_meet(p.camera, view(scene.medium)) : std::vector<std::uint32_t>();
+  p.hash = scene_hash(scene);
 }
 
 }  // namespace tyndall

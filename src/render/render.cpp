@@ -31,12 +31,17 @@ class PassRunner {
  public:
   using Time = Clock::time_point;
 
-  /// \param[out] deadline of the batch under way, for those who work at it
-  PassRunner(const RenderOptions& options, const char* name, std::uint64_t total, Time& deadline,
-             std::uint64_t done = 0)
-      : options_(options), name_(name), total_(total), deadline_(deadline), done_(done) {
-    if (options_.batch > 0) size_ = options_.batch;
-  }
+  /// \param first see Backend::first_batch() \param[out] deadline of the batch under way, for those
+  /// who work at it
+  PassRunner(const RenderOptions& options, const char* name, std::uint64_t total,
+             std::uint64_t first, Time& deadline, std::uint64_t done = 0)
+      : options_(options),
+        name_(name),
+        total_(total),
+        least_(std::max<std::uint64_t>(first / 4, 1)),
+        deadline_(deadline),
+        done_(done),
+        size_(options.batch > 0 ? options.batch : first) {}
 
   /// \param pass (IndexRange) -> end of what was done \param go_on asked after each batch
   /// \param weight of an index \return the end of the last batch: before part.end where go_on said
@@ -57,7 +62,7 @@ class PassRunner {
       begin = end;
       const double took = seconds_since(batch_start);
       if (options_.batch == 0 && took < 0.1 && end == batch.end) size_ *= 2;
-      if (options_.batch == 0 && took > 0.2) size_ = std::max<std::uint64_t>(size_ / 2, 256);
+      if (options_.batch == 0 && took > 0.2) size_ = std::max(size_ / 2, least_);
       if (begin < part.end && !go_on()) break;
     }
     report(done_);
@@ -75,9 +80,9 @@ class PassRunner {
  private:
   const RenderOptions& options_;
   const char* name_;
-  const std::uint64_t total_;
+  const std::uint64_t total_, least_;
   Time& deadline_;
-  std::uint64_t done_, size_ = 1024;
+  std::uint64_t done_, size_;
   double seconds_ = 0;
 };
 
@@ -132,11 +137,27 @@ class Renderer::Work {
         options_(std::move(options)),
         start_(Clock::now()),
         prepared_(make_ready(scene)) {
-    backend_.load(prepared_, options_.stop,
-                  [this] { return Clock::now() > deadline_ || (!is_hurried_ && pauses()); });
-    part_.frame = frame_of(scene, prepared_, warnings_);
+    load(scene);
     part_.replicates.resize(static_cast<std::size_t>(part_.frame.replicates));
     seconds_.bounds = seconds_since(start_);
+  }
+
+  void look(const Scene& scene) {
+    start_ = Clock::now();
+    seconds_ = {};
+    warnings_.clear();
+    require_valid(scene, warnings_);
+    prepare_view(scene, prepared_);
+    load(scene);
+    part_.film = {};
+    part_.depth = {};
+    part_.depth_pixels = 0;
+    for (Replicate& replicate : part_.replicates) {
+      replicate.samples = {};
+      replicate.gathered = {};
+      replicate.film = {};
+    }
+    taken_ = -1;
   }
 
   void resume(Partial part, const std::string& name) {
@@ -214,7 +235,7 @@ class Renderer::Work {
     is_hurried_ = true;  // whoever asks for a pause has got it
     for (std::uint64_t s = all.begin; s < all.end; ++s) {
       const auto start = Clock::now();
-      PassRunner gather(options_, "preview", pixels, deadline_);
+      PassRunner gather(options_, "preview", pixels, backend_.first_batch(), deadline_);
       const std::uint64_t done = gather.run(
           {0, pixels},
           [&](IndexRange range) {
@@ -246,11 +267,17 @@ class Renderer::Work {
  private:
   PreparedScene make_ready(const Scene& scene) {
     require_valid(scene, warnings_);
-    const PassRunner bounds(options_, "bounds", 1000, deadline_);
+    const PassRunner bounds(options_, "bounds", 1000, 1000, deadline_);
     return prepare(
         scene, backend_.threads(),
         [&](double done) { bounds.report(static_cast<std::uint64_t>(done * 1000)); }, options_.stop,
         backend_.table_points());
+  }
+
+  void load(const Scene& scene) {
+    backend_.load(prepared_, options_.stop,
+                  [this] { return Clock::now() > deadline_ || (!is_hurried_ && pauses()); });
+    part_.frame = frame_of(scene, prepared_, warnings_);
   }
 
   // ---- What is to be done.
@@ -310,9 +337,9 @@ class Renderer::Work {
                   fmt::format("samples {}: none of them has light to read: its photons are missing",
                               Ranges({*options_.samples}).text()));
     }
-    shoot_.emplace(options_, "photons", photons, deadline_, shot);
-    gather_.emplace(options_, "pixels", samples * prepared_.pixels_to_gather(), deadline_,
-                    gathered * prepared_.pixels_to_gather());
+    const std::uint64_t first = backend_.first_batch(), pixels = prepared_.pixels_to_gather();
+    shoot_.emplace(options_, "photons", photons, first, deadline_, shot);
+    gather_.emplace(options_, "pixels", samples * pixels, first, deadline_, gathered * pixels);
     // The first one that is wanted has half of the time for its photons.
     for (first_ = 0; first_ + 1 < part_.frame.replicates && !is_wanted(first_);) ++first_;
     replicate_ = first_;
@@ -354,7 +381,7 @@ class Renderer::Work {
   template <class Pass>
   double measure(const char* name, std::uint64_t done, std::uint64_t count, std::uint64_t& fresh,
                  const Pass& pass) {
-    PassRunner runner(options_, name, count, deadline_, done);
+    PassRunner runner(options_, name, count, backend_.first_batch(), deadline_, done);
     fresh = done;
     runner.run(
         {done, count}, [&](IndexRange range) { return fresh = pass(range); },
@@ -572,7 +599,7 @@ class Renderer::Work {
 
   void let_light_go() {
     Replicate& replicate = current();
-    if (replicate.light.empty() || shoots_only()) return;
+    if (replicate.light.empty() || shoots_only() || options_.keeps_light) return;
     // Whoever goes on from here shoots the rest of its photons.
     if (!replicate.photons.missing(wanted_photons(replicate_)).empty()) return;
     replicate.light_hash = light_hash(replicate);
@@ -590,9 +617,9 @@ class Renderer::Work {
   Renderer& renderer_;
   Backend& backend_;
   const RenderOptions options_;
-  const Clock::time_point start_;
+  Clock::time_point start_;
   std::vector<std::string> warnings_;
-  const PreparedScene prepared_;
+  PreparedScene prepared_;
   Partial part_;
   std::optional<PassRunner> shoot_, gather_;
   PassSeconds seconds_;
@@ -612,6 +639,7 @@ class Renderer::Work {
 Renderer::Renderer(const Scene& scene, Backend& backend, RenderOptions options)
     : work_(std::make_unique<Work>(*this, scene, backend, std::move(options))) {}
 Renderer::~Renderer() = default;
+void Renderer::look(const Scene& scene) { work_->look(scene); }
 void Renderer::resume(Partial part, const std::string& name) {
   work_->resume(std::move(part), name);
 }

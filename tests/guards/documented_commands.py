@@ -32,7 +32,7 @@ ELSEWHERE = [
     (r"scripts/(pictures|measure_volumes)", "text", "scripts/check_all", r"scripts/\1"),
     (r"scripts/(kill_check|fuzz)", "text", "scripts/check_all", r"scripts/\1"),
     (r"scripts/package", "text", "tests/package/run.sh", "scripts/package"),
-    (r"bash (tests/\w+/run\.sh)", "text", "scripts/check_all", r"\1"),
+    (r"bash (tests/\w+/run\.sh)", "text", ".ci/run", r"\1"),
     (r"pip install \.", "text", "tests/python/run.sh", "install -q ."),
     (r"cmake --install build/release", "test", "guards.installed_package_works"),
     (r"cmake --preset cuda", "test", "guards.cuda"),

@@ -21,9 +21,9 @@ struct Result {
 
 /// Photons [begin, end), the matter of all cells, and 2 samples of each pixel of the picture.
 /// \param call (pass, begin, end) -> void
-template <class Medium, class Call>
-Result run(const PreparedScene& scene, const Medium& medium, std::uint64_t begin, std::uint64_t end,
-           Call&& call) {
+template <class Medium, class Sampler, class Call>
+Result run(const PreparedScene& scene, const Medium& medium, const Sampler& sampler,
+           std::uint64_t begin, std::uint64_t end, Call&& call) {
   Result result;
   result.illumination.assign(scene.cells.count() * static_cast<std::size_t>(scene.cells.moments()),
                              0);
@@ -31,14 +31,13 @@ Result run(const PreparedScene& scene, const Medium& medium, std::uint64_t begin
   Detectors detectors = scene.detectors;
   detectors.sums = result.detected.empty() ? nullptr : result.detected.data();
   const IlluminationTally tally{scene.cells, result.illumination.data()};
-  call(ShootPass<Medium, SuperVoxel>{medium,
-                                     {},
-                                     {scene.emitters.data(),
-                                      static_cast<int>(scene.emitters.size())},
-                                     scene.seed,
-                                     tally,
-                                     {&result.shot},
-                                     detectors},
+  call(ShootPass<Medium, Sampler>{medium,
+                                  sampler,
+                                  {scene.emitters.data(), static_cast<int>(scene.emitters.size())},
+                                  scene.seed,
+                                  tally,
+                                  {&result.shot},
+                                  detectors},
        begin, end);
   result.matter.assign(scene.cells.count(), 0);
   call(MatterPass<Medium>{medium, scene.seed, scene.cells, scene.cell_size, scene.strata,
@@ -50,19 +49,19 @@ Result run(const PreparedScene& scene, const Medium& medium, std::uint64_t begin
   std::int64_t clamped = 0;
   const Film film{scene.film_width, scene.film_height, scene.film_unit, result.pixels.data(),
                   &clamped};
-  call(GatherPass<Medium, SuperVoxel>{medium,
-                                      {},
-                                      scene.camera,
-                                      {scene.cells, numerator.data(), denominator.data()},
-                                      {scene.direct_lights.data(),
-                                       static_cast<int>(scene.direct_lights.size())},
-                                      scene.background,
-                                      scene.bounces,
-                                      scene.is_apart,
-                                      scene.seed,
-                                      {0, 2},
-                                      film,
-                                      {&result.gathered}},
+  call(GatherPass<Medium, Sampler>{medium,
+                                   sampler,
+                                   scene.camera,
+                                   {scene.cells, numerator.data(), denominator.data()},
+                                   {scene.direct_lights.data(),
+                                    static_cast<int>(scene.direct_lights.size())},
+                                   scene.background,
+                                   scene.bounces,
+                                   scene.is_apart,
+                                   scene.seed,
+                                   {0, 2},
+                                   film,
+                                   {&result.gathered}},
        0, 2 * film.pixel_count());
   return result;
 }
@@ -86,8 +85,9 @@ void run_plain(const Pass& pass, std::uint64_t begin, std::uint64_t end) {
 
 /// Paths in emulated warps: first with launches of two turns, which leave lanes at all stages,
 /// paused over and over, then with long ones.
-template <class Medium, template <class, class> class Pass>
-void run_warp(const Pass<Medium, SuperVoxel>& pass, std::uint64_t begin, std::uint64_t end) {
+template <class Pass>
+requires has_lanes<Pass>
+void run_warp(const Pass& pass, std::uint64_t begin, std::uint64_t end) {
   WarpUses uses{};
   const std::uint64_t half = begin + (end - begin) / 2, together = 2;
   std::uint64_t next = begin;
@@ -113,7 +113,7 @@ Account expect_equal(const Scene& scene, std::uint64_t begin, std::uint64_t phot
   return std::visit(
       [&](const auto& medium) {
         const auto run_by = [&](auto&& call) {
-          return run(prepared, medium, begin, begin + photons, call);
+          return run(prepared, medium, SuperVoxel{}, begin, begin + photons, call);
         };
         const Result plain = run_by([](const auto& pass, std::uint64_t first, std::uint64_t last) {
           run_plain(pass, first, last);
@@ -140,6 +140,25 @@ Account expect_equal(const Scene& scene, std::uint64_t begin, std::uint64_t phot
       prepared.medium);
 }
 
+/// The same for a warp of another sampler.
+void expect_equal(const Scene& scene, const AnySampler& sampler, std::uint64_t photons) {
+  const PreparedScene prepared = prepare(scene, 0);
+  std::visit(
+      [&](const auto& medium, const auto& how) {
+        const Result plain = run(prepared, medium, how, 0, photons,
+                                 [](const auto& pass, std::uint64_t first, std::uint64_t last) {
+                                   run_plain(pass, first, last);
+                                 });
+        expect_equal(run(prepared, medium, how, 0, photons,
+                         [](const auto& pass, std::uint64_t first, std::uint64_t last) {
+                           run_warp(pass, first, last);
+                         }),
+                     plain);
+        EXPECT_GT(plain.shot.audit.real, 0);
+      },
+      prepared.medium, sampler);
+}
+
 Scene lit(scene::Component c) {
   Scene scene = furnace({std::move(c)});
   scene.medium.majorant_resolution = {7, 5, 9};
@@ -160,6 +179,15 @@ TEST(Lanes, leave_what_single_photons_leave) {
   }
   expect_equal(lit(component(high_variation(12), 90, 0.9)), 1000000, 1000);
   expect_equal(lit(component(low_variation(5), 20)), 5, 3);
+}
+
+TEST(Lanes, know_every_sampler) {
+  Scene scene = lit(component(low_variation(5), 30, 0.9));
+  scene.medium.sides = {scene::Side::periodic, scene::Side::open, scene::Side::periodic};
+  for (const AnySampler sampler : {AnySampler(Woodcock{}), AnySampler(RayMarching{0.1f})}) {
+    expect_equal(scene, sampler, 500);
+    expect_equal(scene, sampler, 3);
+  }
 }
 
 TEST(Lanes, know_lenses_filters_and_parts_of_pictures) {

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "io/json_text.h"
+#include "io/volume_file.h"
 #include "support/volumes.h"
 
 namespace tyndall::io {
@@ -57,6 +58,25 @@ TEST(Info, goes_on_after_grids_that_are_of_no_use) {
   const Json colors = object(test::volume_path("colors.vdb"));
   EXPECT_EQ(colors["grids"][0]["use"], "colours of an emission");
   EXPECT_EQ(object(test::volume_path("ball_fp4.nvdb"))["grids"][0]["type"], "fp4");
+}
+
+TEST(Info, tells_what_the_maker_of_a_file_wrote) {
+  TYNDALL_NEEDS_VOLUMES();
+  const std::string path = std::filesystem::temp_directory_path()
+                           / ("tyndall-info-" + std::to_string(::getpid()) + ".vdb");
+  const std::vector<float> values(8, 1.0f);
+  GridToWrite grid{"density", glm::dmat4(1), {2, 2, 2}, 1, values.data(), nullptr, 1};
+  const std::string long_text(1000, 'x');
+  std::ofstream(path, std::ios::binary) << encode_grids(
+      path, false, {grid}, {{"creator", "a\x1b[31m test"}, {"long", long_text}}, false);
+  const Json told = object(path);
+  const std::string lines = info(path, false).text;
+  std::filesystem::remove(path);
+  EXPECT_EQ(told["metadata"]["creator"], "a [31m test") << "what a terminal would obey";
+  EXPECT_EQ(told["metadata"]["long"], std::string(200, 'x') + "...");
+  EXPECT_EQ(told["metadata"].size(), 2u) << told;
+  EXPECT_FALSE(told["grids"][0].contains("metadata")) << "said already";
+  EXPECT_NE(lines.find("creator"), std::string::npos) << lines;
 }
 
 TEST(Info, lines_have_the_keys_of_the_json) {

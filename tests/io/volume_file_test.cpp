@@ -206,7 +206,7 @@ TEST(VolumeFile, says_which_grids_there_are_and_what_to_write) {
 
 TEST(VolumeFile, lists_grids) {
   TYNDALL_NEEDS_VOLUMES();
-  const std::vector<GridEntry> grids = list_grids(volume_path("misaligned.vdb"));
+  const std::vector<GridEntry> grids = list_grids(volume_path("misaligned.vdb")).grids;
   ASSERT_EQ(grids.size(), 2u);
   EXPECT_EQ(grids[0].unique_name, "density");
   EXPECT_EQ(grids[1].unique_name, "temperature");
@@ -215,7 +215,7 @@ TEST(VolumeFile, lists_grids) {
   EXPECT_EQ(grids[1].voxels, 4139u);
   ASSERT_EQ(grids[1].transform.size(), 12u);
   EXPECT_EQ(grids[1].transform[0], 0.5);
-  EXPECT_EQ(list_grids(volume_path("ball_fp8.nvdb"))[0].type, "fp8");
+  EXPECT_EQ(list_grids(volume_path("ball_fp8.nvdb")).grids[0].type, "fp8");
 }
 
 // ---- What is no volume, or was one

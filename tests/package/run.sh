@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The Debian package installs into a clean root and works there. As root, with debootstrap and the network; takes minutes:
-# part of scripts/check_all, not of ctest. Ends with 77 (skipped) where that is not to be had.
+# part of .ci/run, not of ctest. Ends with 77 (skipped) where that is not to be had.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 if ((EUID != 0)) || ! command -v debootstrap >/dev/null; then

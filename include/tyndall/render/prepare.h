@@ -85,6 +85,9 @@ PreparedScene prepare(const Scene& scene, int threads,
                       const std::function<void(double)>& progress = {}, const Stop& stop = {},
                       double table_points = NoiseTable::processor_points);
 
+/// The camera of `scene`, in place of another one. \pre prepared of the same scene but for that
+void prepare_view(const Scene& scene, PreparedScene& prepared);
+
 /// The bounds alone. `components` in the order of the tables; `resolution` as
 /// scene::Medium::majorant_resolution.
 MajorantTables build_majorants(const std::vector<Component<AnyField>>& components, const Box& box,

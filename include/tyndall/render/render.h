@@ -50,6 +50,8 @@ struct RenderOptions {
   bool allow_gaps = false;
   /// Also where photons are only shot: see bake.h.
   bool measures_matter = false;
+  /// The light of what is gathered stays, for look().
+  bool keeps_light = false;
   /// [s] from the start of the render; photons and samples that do not fit are left out: of the
   /// first replicate half the time is for photons, later ones are begun where their photons fit.
   double time_limit = 0;  ///< 0: none
@@ -99,6 +101,11 @@ class Renderer {
   void resume(Partial part, const std::string& name);
   /// \return whether all that was asked for is done; false: go_on ended it, or the time.
   bool run();
+
+  /// Another camera: no sample is done then, but the bounds, the light and the matter stay.
+  /// \param scene the same but for that \pre run() was true, with RenderOptions::keeps_light; the
+  /// first scene is there still \throws Error(scene_invalid)
+  void look(const Scene& scene);
 
   /// \return all that is done. Where run() threw Stopped: what it had last written down.
   const Partial& part();

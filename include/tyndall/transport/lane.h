@@ -14,9 +14,15 @@ namespace tyndall {
 enum class Stage { idle, walk, draw, add_octave, collide, leave };
 inline constexpr int stage_count = 6;
 
-/// Whether a pass has paths through a grid of majorants.
+/// Whether a pass has paths, flight by flight.
 template <class Pass>
-inline constexpr bool has_lanes = requires(const Pass& pass) {
+inline constexpr bool has_lanes = requires {
+  typename Pass::State;
+};
+
+/// Whether these are through a grid of majorants.
+template <class Pass>
+inline constexpr bool has_majorants = requires(const Pass& pass) {
   pass.sampler.grid(pass.medium);
 };
 
@@ -197,6 +203,54 @@ class Lane {
   Tracker tracker_;
   Counts count_;
   Lookups lookups_;
+};
+
+/// The same without majorants: a whole flight, of fixed steps, is one piece.
+template <class Pass>
+requires(!has_majorants<Pass>) class Lane<Pass> {
+ public:
+  struct Saved {
+    Stage stage;
+    std::uint64_t stream;
+    Path path;
+    typename Pass::State state;
+  };
+
+  TYN_HD Lane(const Pass& pass, const Saved& saved) : pass_(pass), now_(saved) {}
+
+  TYN_HD Saved save() const { return now_; }
+  TYN_HD Stage stage() const { return now_.stage; }
+
+  TYN_HD void take(const Begun<Pass>& begun) {
+    now_ = {Stage::walk, begun.stream, begun.path, begun.state};
+  }
+
+  TYN_HD void walk() {
+    const RandomStream random{pass_.seed, now_.stream, Pass::domain};
+    const Flight flight = pass_.sampler.fly(pass_.medium, now_.path, random, audit_);
+    const bool goes_on = flight.end == Flight::End::collided
+                             ? pass_.collide(now_.state, flight, random, now_.path)
+                             : pass_.leave(now_.state, flight, random, now_.path);
+    if (goes_on) return;
+    now_.stage = Stage::idle;
+    pass_.end(now_.state);
+  }
+
+  // No lane is at these stages.
+  TYN_HD void draw() {}
+  TYN_HD void add_octave() {}
+  TYN_HD void collide() {}
+  TYN_HD void leave() {}
+
+  TYN_HD void write_down() {
+    deposit_audit(pass_.accounts.own().audit, audit_);
+    audit_ = {};
+  }
+
+ private:
+  const Pass& pass_;
+  Saved now_;
+  Audit audit_;
 };
 
 // Each choice costs 65 instructions of voting; more steps at once leave more lanes waiting for the

@@ -135,7 +135,7 @@ void limit(std::uint64_t memory, std::uint64_t seconds) {
 /// Lists a file's grids, or loads one of them.
 template <class File>
 Json read_grids(File&& file, const std::vector<std::string>& words) {
-  Json report{{"grids", file.grids()}};
+  Json report{{"grids", file.grids()}, {"metadata", file.metadata()}};
   if (words[0] == "load") {
     const std::string* wanted = words.size() > 5 ? &words[5] : nullptr;
     const std::size_t chosen = choose(file.grids(), words.at(4), wanted);

@@ -16,6 +16,8 @@ class NanoFile {
 
   /// A description of each grid: unique_name, name, type, class, voxels.
   const Json& grids() const { return grids_; }
+  /// None: such files have no place for any.
+  static Json metadata() { return Json::object(); }
   /// \return "checksum" and "grid_bytes". \throws Failure
   Json load(std::size_t grid) const;
 

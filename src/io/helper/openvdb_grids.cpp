@@ -7,6 +7,7 @@
 #include <map>
 #include <sstream>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -62,6 +63,27 @@ Json matrix(const openvdb::math::Transform& transform) {
   return rows;
 }
 
+/// What a file's maker wrote: not what OpenVDB itself writes, which is told in better words.
+Json told(const openvdb::MetaMap& metadata) {
+  constexpr std::size_t most_keys = 50, longest = 200;
+  constexpr std::string_view own[] = {"name", "class", "is_saved_as_half_float", "is_local_space",
+                                      "vector_type"};
+  const auto plain = [](std::string text) {
+    std::replace_if(
+        text.begin(), text.end(), [](unsigned char c) { return c < ' ' || c == 127; }, ' ');
+    return text.size() <= longest ? text : text.substr(0, longest) + "...";
+  };
+  Json texts = Json::object();
+  for (auto meta = metadata.beginMeta(); meta != metadata.endMeta(); ++meta) {
+    const std::string& key = meta->first;
+    if (key.starts_with("file_") || std::find(std::begin(own), std::end(own), key) != std::end(own))
+      continue;
+    if (texts.size() == most_keys) break;
+    texts[plain(key)] = plain(meta->second->str());
+  }
+  return texts;
+}
+
 Json describe(const openvdb::GridBase& grid, const std::string& unique_name) {
   Json d;
   using openvdb::io::GridDescriptor;
@@ -73,6 +95,7 @@ Json describe(const openvdb::GridBase& grid, const std::string& unique_name) {
   if (grid.transform().isLinear()) d["transform"] = matrix(grid.transform());
   if (const auto voxels = grid.getMetadata<openvdb::Int64Metadata>("file_voxel_count"))
     d["voxels"] = voxels->value();
+  if (Json texts = told(grid); !texts.empty()) d["metadata"] = std::move(texts);
   return d;
 }
 
@@ -375,6 +398,7 @@ VdbFile::VdbFile() {
     file_ = std::make_unique<File>();
     auto& file = file_->file;
     file.open(false);
+    metadata_ = told(*file.getMetadata());
     for (auto name = file.beginName(); name != file.endName(); ++name) {
       file_->names.push_back(name.gridName());
       grids_.push_back(describe(*file.readGridMetadata(name.gridName()), name.gridName()));

@@ -14,15 +14,18 @@ class VdbFile {
   VdbFile();
   ~VdbFile();
 
-  /// A description of each grid: unique_name, name, type, class; voxels and transform where known.
+  /// A description of each grid: unique_name, name, type, class; voxels, transform and metadata
+  /// where known.
   const Json& grids() const { return grids_; }
+  /// The file's, keys and texts.
+  const Json& metadata() const { return metadata_; }
   /// \return "checksum", "grid_bytes", and counts of what was mended. \throws Failure
   Json load(std::size_t grid);
 
  private:
   struct File;
   std::unique_ptr<File> file_;
-  Json grids_ = Json::array();
+  Json grids_ = Json::array(), metadata_ = Json::object();
 };
 
 /// A level set of the body within the .obj mesh on standard input, or, where it is open, of a shell

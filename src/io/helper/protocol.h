@@ -19,8 +19,8 @@
 /// index to world space, 3 rows of 4, "at", and "size": [nx, ny, nz], or "bytes" and "scale" of a
 /// buffer}]}
 ///
-/// The object has "error" and "message", or "grids" (list, load), "loaded" (load, mesh) and
-/// "checksum" (load, mesh): Hasher's of the memory file's words, in hexadecimal.
+/// The object has "error" and "message", or "grids" and "metadata" (list, load), "loaded" (load,
+/// mesh) and "checksum" (load, mesh): Hasher's of the memory file's words, in hexadecimal.
 #pragma once
 
 #include <cstddef>
