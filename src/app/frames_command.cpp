@@ -220,8 +220,9 @@ class Sequence {
     light_key_ = key;
     RenderOptions options = interruptible(meter_);
     options.batch = arguments_.batch;
+    // Kept as floats, half as large as what is shot.
     options.keeps_light = keeps_light_ =
-        lights_next && memory_shortage(file->scene, most_replicates).empty();
+        lights_next && memory_shortage(file->scene, 1 + most_replicates / 2).empty();
     renderer_ = begin_render(file->scene, device_, device_name_, arguments_.threads, options,
                              [this] { meter_.clear(); });
   }

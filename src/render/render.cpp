@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -480,7 +481,8 @@ class Renderer::Work {
                               "(--sample-range)",
                               todo.text(), Ranges({part_.frame.photons_of(replicate_)}).text()));
     }
-    if (part_.frame.light_words > 0 && !current().photons.empty() && current().light.empty()) {
+    if (part_.frame.light_words > 0 && !current().photons.empty() && current().light.empty()
+        && !kept_.contains(replicate_)) {
       throw Error(ExitCode::input_missing,
                   "what was done before keeps no light for the samples that are missing; render "
                   "them apart (--sample-range) and merge");
@@ -537,13 +539,19 @@ class Renderer::Work {
     return part_.replicates[static_cast<std::size_t>(replicate_)];
   }
 
+  double photon_power(const Replicate& replicate) const {
+    const auto photons = static_cast<double>(replicate.photons.count());
+    return photons > 0 ? prepared_.shot_power / photons : 0.0;
+  }
+
   void illuminate(std::size_t r) {
     if (!prepared_.has_grid) return backend_.illuminate({}, {});
     const Replicate& replicate = part_.replicates[r];
-    const auto photons = static_cast<double>(replicate.photons.count());
-    const double power = photons > 0 ? prepared_.shot_power / photons : 0.0;
+    const double power = photon_power(replicate);
     if (taken_ == static_cast<int>(r) && backend_.illuminate_with_taken(power, denominator_))
       return;
+    if (const auto kept = kept_.find(static_cast<int>(r)); kept != kept_.end())
+      return backend_.illuminate(kept->second, denominator_);
     const std::vector<std::int64_t> none(replicate.light.empty() ? part_.frame.light_words : 0);
     read_out_light(replicate.light.empty() ? none : replicate.light, power, numerator_);
     backend_.illuminate(numerator_, denominator_);
@@ -599,9 +607,11 @@ class Renderer::Work {
 
   void let_light_go() {
     Replicate& replicate = current();
-    if (replicate.light.empty() || shoots_only() || options_.keeps_light) return;
+    if (replicate.light.empty() || shoots_only()) return;
     // Whoever goes on from here shoots the rest of its photons.
     if (!replicate.photons.missing(wanted_photons(replicate_)).empty()) return;
+    if (options_.keeps_light)
+      read_out_light(replicate.light, photon_power(replicate), kept_[replicate_]);
     replicate.light_hash = light_hash(replicate);
     replicate.light = {};
   }
@@ -624,8 +634,9 @@ class Renderer::Work {
   std::optional<PassRunner> shoot_, gather_;
   PassSeconds seconds_;
   std::vector<float> numerator_, denominator_;
-  int replicate_ = 0;                                                    // under way
-  Ranges fresh_photons_;                                                 // since the last flush
+  std::map<int, std::vector<float>> kept_;  // numerators of replicates, for look()
+  int replicate_ = 0;                       // under way
+  Ranges fresh_photons_;                    // since the last flush
   std::uint64_t fresh_pixels_ = 0, fresh_cells_ = 0, fresh_depths_ = 0;  // done, flushed or not
   bool is_broken_ = false;                         // the backend's tallies since the last flush
   Clock::time_point deadline_{};                   // of the batch under way
