@@ -45,14 +45,17 @@ class CudaBackend final : public Backend {
     cudaDeviceProp properties;
     require(cudaGetDeviceProperties(&properties, device), "asking for the device's properties");
     name_ = std::string("cuda, ") + properties.name;
+    most_lanes_ = static_cast<std::size_t>(properties.multiProcessorCount)
+                  * static_cast<std::size_t>(properties.maxThreadsPerMultiProcessor);
     require_kernels();
   }
 
   std::string name() const override { return name_; }
   int threads() const override { return thread_count(0); }
   double table_points() const override { return NoiseTable::device_points; }
-  // A run ends with its longest path, alone: the fewer runs, the better. It pauses when asked to.
+  // A run ends with its longest path, alone, which may take 50 ms: the fewer runs, the better.
   std::uint64_t first_batch() const override { return Schedule::most_waiting; }
+  double batch_seconds() const override { return 1.0; }
 
   void load(const PreparedScene& scene, const Stop& stop, const Stop& pause) override {
     select();
@@ -75,21 +78,22 @@ class CudaBackend final : public Backend {
     const std::vector<std::uint32_t>& bright = scene.bright_pixels;
     bright_pixels_ = bright.empty() ? nullptr : arrays_.keep(bright.data(), bright.size());
     const std::size_t words = scene.cells.count() * static_cast<std::size_t>(scene.cells.moments());
-    illumination_ = Buffer<std::int64_t>(words);
+    illumination_.renew(words);
     is_taken_ = false;
     // Now, not once the photons are shot: too little memory is found out before.
-    numerator_ = Buffer<float>(scene.has_grid ? words : 0);
-    denominator_ = Buffer<float>(scene.has_grid ? scene.cells.count() : 0);
-    matter_ = Buffer<std::int64_t>(scene.cells.count());
-    detectors_ = Buffer<std::int64_t>(3 * scene.detectors.count());
-    depth_ = Buffer<float>(scene.pixels());
-    accounts_ = Buffer<Account>(account_count);
-    pixels_ = Buffer<PixelTally>(scene.pixels());
-    groups_ = Buffer<std::int64_t>(scene.pixels() * scene.groups.size() * 3);
-    clamped_ = Buffer<std::int64_t>(1);
+    numerator_.renew(scene.has_grid ? words : 0);
+    denominator_.renew(scene.has_grid ? scene.cells.count() : 0);
+    matter_.renew(scene.cells.count());
+    detectors_.renew(3 * scene.detectors.count());
+    depth_.renew(scene.pixels());
+    accounts_.renew(account_count);
+    pixels_.renew(scene.pixels());
+    groups_.renew(scene.pixels() * scene.groups.size() * 3);
+    clamped_.renew(1);
     visit([&]<class Medium, class Sampler>(const Medium&, const Sampler&) -> std::uint64_t {
-      using Pass = GatherPass<Medium, Sampler>;
-      if constexpr (has_lanes<Pass>) scratch_.paths.room<Begun<Pass>>(Schedule::most_waiting);
+      using Pass = GatherPass<Medium, Sampler>;  // those of photons are smaller
+      scratch_.paths.room<Begun<Pass>>(Schedule::most_waiting);
+      scratch_.lanes.room<typename Lane<Pass>::Saved>(most_lanes_);
       return 0;
     });
   }
@@ -213,6 +217,7 @@ class CudaBackend final : public Backend {
 
   const int device_;
   std::string name_;
+  std::size_t most_lanes_ = 0;  // that it runs at the same time
   const PreparedScene* scene_ = nullptr;
   Interrupts interrupts_;
   AnyMedium medium_;  // its arrays on the device

@@ -47,6 +47,12 @@ class Buffer {
 
   T* data() const { return static_cast<T*>(data_.get()); }
   std::size_t size() const { return count_; }
+  /// Of `count` values, all bytes 0. Never has the memory of both at the same time.
+  void renew(std::size_t count) {
+    if (data_ && count == count_) return clear();
+    *this = {};
+    *this = Buffer(count);
+  }
   void clear() {
     if (count_ == 0) return;
     require(cudaMemset(data_.get(), 0, bytes()), "clearing device memory");

@@ -177,8 +177,8 @@ std::uint64_t run_by_lanes(const Pass& pass, IndexRange range, const Interrupts&
   auto* const begun = scratch.paths.room<Begun<Pass>>(std::min(size, Schedule::most_waiting));
   Queue state{};
   Buffer<Queue> queue(&state, 1);
-  // A flight of fixed steps, to the end of the box, may take a lone lane a tenth of a second.
-  Pace turns(has_majorants<Pass> ? 256 : 2, 1 << 16);
+  // A turn of fixed steps is 48 look-ups of all components, some tenths of a millisecond.
+  Pace turns = has_majorants<Pass> ? Pace(256, 1 << 16) : Pace(32, 1 << 10);
   while (true) {
     stop_if(interrupts.stop);
     if (interrupts.pause && interrupts.pause()) schedule.pause();
@@ -222,7 +222,7 @@ std::uint64_t run_pass(const Pass& pass, IndexRange range, const Interrupts& int
   if constexpr (has_lanes<Pass>)
     return run_by_lanes(pass, range, interrupts, scratch, together);
   else {
-    Pace indices(1 << 14, 1 << 28);
+    Pace indices(1 << 14, 1 << 20);  // a cell takes microseconds where it is full
     return run_by_indices(pass, range, interrupts, together, indices);
   }
 }

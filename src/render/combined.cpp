@@ -29,6 +29,8 @@ class CombinedBackend final : public Backend {
   }
   int threads() const override { return backends_[0]->threads(); }
   double table_points() const override { return backends_[0]->table_points(); }
+  std::uint64_t first_batch() const override { return backends_.size() * least_chunk(); }
+  double batch_seconds() const override { return backends_[0]->batch_seconds(); }
 
   void load(const PreparedScene& scene, const Stop& stop, const Stop& pause) override {
     pause_ = pause;
@@ -115,8 +117,7 @@ class CombinedBackend final : public Backend {
   template <class Work>
   std::uint64_t deal(IndexRange range, const Work& work) {
     const std::uint64_t count = range.end - range.begin;
-    const std::uint64_t chunk =
-        std::max<std::uint64_t>(count / (chunks_each * backends_.size()), 1);
+    const std::uint64_t chunk = std::max(count / (chunks_each * backends_.size()), least_chunk());
     std::atomic<std::uint64_t> dealt = 0;
     each([&](std::size_t b) {
       const DefaultFloatingPoint guard;
@@ -130,6 +131,11 @@ class CombinedBackend final : public Backend {
     return range.begin + std::min(dealt.load(), count);
   }
   static constexpr std::uint64_t chunks_each = 4;  // the slowest keeps all waiting for one of its
+
+  /// Enough to be worth a run; but it does not pause within one.
+  std::uint64_t least_chunk() const {
+    return std::min<std::uint64_t>(backends_[0]->first_batch(), 1 << 16);
+  }
 
   std::vector<std::int64_t> add_up(std::vector<std::int64_t> (Backend::*take)()) {
     std::vector<std::int64_t> sum;

@@ -165,6 +165,8 @@ class DistributedBackend final : public Backend {
   std::string name() const override { return name_; }
   int threads() const override { return threads_; }
   double table_points() const override { return table_points_; }
+  std::uint64_t first_batch() const override { return first_batch_; }
+  double batch_seconds() const override { return batch_seconds_; }
 
   void load(const PreparedScene& scene, const Stop& stop, const Stop&) override {
     if (const std::int64_t others = load_all(scene, stop); others > 0) {
@@ -262,6 +264,10 @@ class DistributedBackend final : public Backend {
   std::string name_ = fmt::format("{} ranks, each {}", rank_.ranks().size(), rank_.local().name());
   int threads_ = rank_.local().threads();
   double table_points_ = rank_.local().table_points();
+  // Ranks do not pause within their chunks.
+  std::uint64_t first_batch_ = static_cast<std::uint64_t>(rank_.ranks().size())
+                               * std::min<std::uint64_t>(rank_.local().first_batch(), 1 << 16);
+  double batch_seconds_ = rank_.local().batch_seconds();
   std::uint64_t next_ticket_ = 0;
   bool is_amid_ = false;                        // a step, or broken off in one
   std::vector<float> numerator_, denominator_;  // which the local backend reads

@@ -31,18 +31,19 @@ double seconds_since(Clock::time_point start) {
 class PassRunner {
  public:
   using Time = Clock::time_point;
+  static constexpr std::uint64_t most = std::uint64_t{1} << 40;  // indices of a batch
 
-  /// \param first see Backend::first_batch() \param[out] deadline of the batch under way, for those
-  /// who work at it
+  /// \param[out] deadline of the batch under way, for those who work at it
   PassRunner(const RenderOptions& options, const char* name, std::uint64_t total,
-             std::uint64_t first, Time& deadline, std::uint64_t done = 0)
+             const Backend& backend, Time& deadline, std::uint64_t done = 0)
       : options_(options),
         name_(name),
         total_(total),
-        least_(std::max<std::uint64_t>(first / 4, 1)),
+        first_(backend.first_batch()),
+        batch_seconds_(backend.batch_seconds()),
         deadline_(deadline),
         done_(done),
-        size_(options.batch > 0 ? options.batch : first) {}
+        size_(options.batch > 0 ? options.batch : first_) {}
 
   /// \param pass (IndexRange) -> end of what was done \param go_on asked after each batch
   /// \param weight of an index \return the end of the last batch: before part.end where go_on said
@@ -57,13 +58,17 @@ class PassRunner {
       const IndexRange batch{
           begin, begin + std::min(part.end - begin, std::max<std::uint64_t>(size_ / weight, 1))};
       const auto batch_start = Clock::now();
-      deadline_ = batch_start + std::chrono::milliseconds(200);  // what comes may be far dearer
+      // What comes may be far dearer.
+      deadline_ = batch_start
+                  + std::chrono::duration_cast<Clock::duration>(
+                      std::chrono::duration<double>(batch_seconds_));
       const std::uint64_t end = pass(batch);
       done_ += (end - begin) * weight;
       begin = end;
       const double took = seconds_since(batch_start);
-      if (options_.batch == 0 && took < 0.1 && end == batch.end) size_ *= 2;
-      if (options_.batch == 0 && took > 0.2) size_ = std::max(size_ / 2, least_);
+      if (options_.batch == 0 && took < 0.5 * batch_seconds_ && end == batch.end)
+        size_ = std::min(2 * size_, most);
+      if (options_.batch == 0 && took > batch_seconds_) size_ = std::max(size_ / 2, first_ / 4);
       if (begin < part.end && !go_on()) break;
     }
     report(done_);
@@ -81,7 +86,8 @@ class PassRunner {
  private:
   const RenderOptions& options_;
   const char* name_;
-  const std::uint64_t total_, least_;
+  const std::uint64_t total_, first_;
+  const double batch_seconds_;
   Time& deadline_;
   std::uint64_t done_, size_;
   double seconds_ = 0;
@@ -158,6 +164,7 @@ class Renderer::Work {
       replicate.gathered = {};
       replicate.film = {};
     }
+    fresh_pixels_ = fresh_depths_ = 0;
     taken_ = -1;
   }
 
@@ -236,7 +243,7 @@ class Renderer::Work {
     is_hurried_ = true;  // whoever asks for a pause has got it
     for (std::uint64_t s = all.begin; s < all.end; ++s) {
       const auto start = Clock::now();
-      PassRunner gather(options_, "preview", pixels, backend_.first_batch(), deadline_);
+      PassRunner gather(options_, "preview", pixels, backend_, deadline_);
       const std::uint64_t done = gather.run(
           {0, pixels},
           [&](IndexRange range) {
@@ -268,7 +275,7 @@ class Renderer::Work {
  private:
   PreparedScene make_ready(const Scene& scene) {
     require_valid(scene, warnings_);
-    const PassRunner bounds(options_, "bounds", 1000, 1000, deadline_);
+    const PassRunner bounds(options_, "bounds", 1000, backend_, deadline_);
     return prepare(
         scene, backend_.threads(),
         [&](double done) { bounds.report(static_cast<std::uint64_t>(done * 1000)); }, options_.stop,
@@ -338,9 +345,9 @@ class Renderer::Work {
                   fmt::format("samples {}: none of them has light to read: its photons are missing",
                               Ranges({*options_.samples}).text()));
     }
-    const std::uint64_t first = backend_.first_batch(), pixels = prepared_.pixels_to_gather();
-    shoot_.emplace(options_, "photons", photons, first, deadline_, shot);
-    gather_.emplace(options_, "pixels", samples * pixels, first, deadline_, gathered * pixels);
+    const std::uint64_t pixels = prepared_.pixels_to_gather();
+    shoot_.emplace(options_, "photons", photons, backend_, deadline_, shot);
+    gather_.emplace(options_, "pixels", samples * pixels, backend_, deadline_, gathered * pixels);
     // The first one that is wanted has half of the time for its photons.
     for (first_ = 0; first_ + 1 < part_.frame.replicates && !is_wanted(first_);) ++first_;
     replicate_ = first_;
@@ -382,7 +389,7 @@ class Renderer::Work {
   template <class Pass>
   double measure(const char* name, std::uint64_t done, std::uint64_t count, std::uint64_t& fresh,
                  const Pass& pass) {
-    PassRunner runner(options_, name, count, backend_.first_batch(), deadline_, done);
+    PassRunner runner(options_, name, count, backend_, deadline_, done);
     fresh = done;
     runner.run(
         {done, count}, [&](IndexRange range) { return fresh = pass(range); },

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "ordinary.h"
+#include "support/backends.h"
 #include "support/scenes.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/error.h"
@@ -100,6 +101,19 @@ TEST_F(Cuda, stops_and_can_be_used_again) {
   EXPECT_THROW(backend->shoot({0, many}), Stopped);
   const Scene next = quick();
   expect_same(render(next, *backend), render(next, *make_cpu_backend()));
+}
+
+TEST_F(Cuda, stays_whole_when_looked_at) {
+  expect_whole_when_looked_at([] { return make_cuda_backend(); });
+}
+TEST_F(Cuda, looks_through_other_cameras) {
+  expect_same_through_other_cameras([] { return make_cuda_backend(); });
+}
+TEST_F(Cuda, goes_in_fixed_steps) {
+  expect_same_in_fixed_steps([] { return make_cuda_backend(); });
+}
+TEST_F(Cuda, does_many_paths) {
+  expect_same_of_many_paths([] { return make_cuda_backend(); });
 }
 
 TEST_F(Cuda, says_that_there_is_no_such_device) {

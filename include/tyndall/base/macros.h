@@ -6,9 +6,11 @@
 #define TYN_HD __host__ __device__ inline
 #define TYN_HD_INLINED \
   __host__ __device__ __forceinline__  // a call would put its caller's state into memory
+#define TYN_HD_APART __host__ __device__ inline
 #else
 #define TYN_HD inline
 #define TYN_HD_INLINED inline
+#define TYN_HD_APART [[gnu::noinline]] inline  // a loop whose state GCC spills within its caller
 #endif
 
 /// Before a loop of lanes, which wait for instructions, too: its text once, not several times.

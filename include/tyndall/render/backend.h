@@ -40,9 +40,10 @@ class Backend {
   virtual int threads() const = 0;
   /// Of each noise, for the same: see NoiseTable.
   virtual double table_points() const = 0;
-  /// Indices of a pass in the first call, which nobody has timed yet: as many as keep it busy, but
-  /// few where it cannot pause.
+  /// Indices of a pass in the first call, which nobody has timed yet: as many as keep it busy.
   virtual std::uint64_t first_batch() const { return 1024; }
+  /// [s] that calls should take: then they are asked to pause.
+  virtual double batch_seconds() const { return 0.2; }
 
   /// Takes a scene, which must outlive the work, and clears all tallies. What follows throws
   /// Stopped where `stop` says so, and begins nothing more of a range once `pause` does.

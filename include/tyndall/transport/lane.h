@@ -205,7 +205,7 @@ class Lane {
   Lookups lookups_;
 };
 
-/// The same without majorants: a whole flight, of fixed steps, is one piece.
+/// The same for flights of fixed steps, some of which are a piece.
 template <class Pass>
 requires(!has_majorants<Pass>) class Lane<Pass> {
  public:
@@ -214,26 +214,36 @@ requires(!has_majorants<Pass>) class Lane<Pass> {
     std::uint64_t stream;
     Path path;
     typename Pass::State state;
+    March::Saved march;
   };
 
-  TYN_HD Lane(const Pass& pass, const Saved& saved) : pass_(pass), now_(saved) {}
+  TYN_HD Lane(const Pass& pass, const Saved& saved)
+      : pass_(pass), now_(saved), march_(pass.medium.whole, saved.march) {}
 
-  TYN_HD Saved save() const { return now_; }
+  TYN_HD Saved save() const {
+    Saved saved = now_;
+    saved.march = march_.save();
+    return saved;
+  }
+
   TYN_HD Stage stage() const { return now_.stage; }
 
   TYN_HD void take(const Begun<Pass>& begun) {
-    now_ = {Stage::walk, begun.stream, begun.path, begun.state};
+    now_.stream = begun.stream;
+    now_.path = begun.path;
+    now_.state = begun.state;
+    set_out();
   }
 
   TYN_HD void walk() {
+    constexpr int steps = 16;
     const RandomStream random{pass_.seed, now_.stream, Pass::domain};
-    const Flight flight = pass_.sampler.fly(pass_.medium, now_.path, random, audit_);
-    const bool goes_on = flight.end == Flight::End::collided
-                             ? pass_.collide(now_.state, flight, random, now_.path)
-                             : pass_.leave(now_.state, flight, random, now_.path);
-    if (goes_on) return;
-    now_.stage = Stage::idle;
-    pass_.end(now_.state);
+    TreeNodes nodes;
+    TYN_ROLLED
+    for (int i = 0; i < steps; ++i) {
+      if (!march_.step(pass_.sampler.step, pass_.medium, now_.path, random, nodes, audit_))
+        return land(random);
+    }
   }
 
   // No lane is at these stages.
@@ -248,8 +258,26 @@ requires(!has_majorants<Pass>) class Lane<Pass> {
   }
 
  private:
+  TYN_HD void set_out() {
+    now_.stage = Stage::walk;
+    ++audit_.flights;
+    march_.start(now_.path.ray);
+  }
+
+  TYN_HD void land(const RandomStream& random) {
+    audit_.cells += march_.cells();
+    const Flight flight = march_.land(now_.path);
+    const bool goes_on = flight.end == Flight::End::collided
+                             ? pass_.collide(now_.state, flight, random, now_.path)
+                             : pass_.leave(now_.state, flight, random, now_.path);
+    if (goes_on) return set_out();
+    now_.stage = Stage::idle;
+    pass_.end(now_.state);
+  }
+
   const Pass& pass_;
   Saved now_;
+  March march_;
   Audit audit_;
 };
 

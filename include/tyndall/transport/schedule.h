@@ -32,8 +32,10 @@ class Schedule {
   Schedule(std::uint64_t begin, std::uint64_t end, std::uint64_t together, std::uint64_t lanes)
       : begin_(begin), next_(begin), end_(end), together_(together), portion_(lanes) {}
 
-  /// Nothing more begins but what belongs to what has begun.
+  /// Nothing more begins but what belongs to what has begun. Something always does: where a pause
+  /// comes too early each time, nothing ever would.
   void pause() {
+    if (next_ == begin_) return;
     const std::uint64_t begun = next_ - begin_;
     end_ = std::min(end_, begin_ + (begun + together_ - 1) / together_ * together_);
   }

@@ -347,65 +347,85 @@ struct Woodcock {
   }
 };
 
-/// Fixed steps, the extinction at the middle of each taken as constant over it: biased, and as dear
-/// as the resolution is high. The last step is solved linearly.
-struct RayMarching {
-  float step;  ///< [length], one finest voxel
+/// A flight under way in fixed steps, the extinction at the middle of each taken as constant over
+/// it: biased, and as dear as the resolution is high. The last step is solved linearly.
+class March {
+ public:
+  TYN_HD March(const MajorantGrid& whole, const Ray& ray) : walk_(whole, ray) {}
 
+  /// \param length of a step \return whether the flight goes on.
   template <class Medium>
-  TYN_HD Flight fly(const Medium& medium, Path& path, const RandomStream& random,
-                    Audit& audit) const {
-    ++audit.flights;
-    SuperVoxelWalk walk(medium.whole, path.ray);
-    int crossings = 0;
-    TreeNodes nodes;
-    Flight flight;
-    for (;;) {
-      if (walk.travelled() > path.reach) {
-        flight.end = Flight::End::escaped;
-        break;
-      }
-      const float length = min(step, walk.length_to_exit());
-      const Vec3f middle = walk.position() + 0.5f * length * walk.direction();
-      const float sigma_t = total_sigma_t(medium, middle, nodes);
-      for (int i = 0; i < medium.count(); ++i) audit.octaves += medium.component(i).octaves();
-      audit.lookups += medium.count();
-      const float depth = sigma_t * length;
-      if (path.tau > depth) {
-        path.tau = path.tau - depth;
-        if (length < step) {  // the step ended at a face
-          if (crossings == most_crossings) break;
-          if (!walk.cross()) {
-            flight.end = Flight::End::escaped;
-            flight.face = walk.face();
-            break;
-          }
-          ++crossings;
-        } else {
-          walk.advance(length);
-        }
-      } else {
-        walk.advance(path.tau / sigma_t);
-        if (walk.travelled() > path.reach) {
-          flight.end = Flight::End::escaped;
-          break;
-        }
-        ++audit.tentative;
-        ++audit.real;
-        path.drawn = random.block(++path.event, Purpose::walk);
-        path.tau = exponential(path.drawn.b);
-        flight.end = Flight::End::collided;
-        flight.component = choose(medium, middle, uniform(path.drawn.a) * sigma_t, nodes);
-        break;
-      }
+  TYN_HD_INLINED bool step(float length, const Medium& medium, Path& path,
+                           const RandomStream& random, TreeNodes& nodes, Audit& audit) {
+    if (walk_.travelled() > path.reach) return escape();
+    const float stretch = min(length, walk_.length_to_exit());
+    const Vec3f middle = walk_.position() + 0.5f * stretch * walk_.direction();
+    const float sigma_t = total_sigma_t(medium, middle, nodes);
+    for (int i = 0; i < medium.count(); ++i) audit.octaves += medium.component(i).octaves();
+    audit.lookups += medium.count();
+    const float depth = sigma_t * stretch;
+    if (path.tau > depth) {
+      path.tau = path.tau - depth;
+      if (stretch < length) return cross();  // the step ended at a face
+      walk_.advance(stretch);
+      return true;
     }
-    path.ray.origin = walk.position();
-    flight.length = walk.travelled();
-    audit.cells += crossings + 1;
+    walk_.advance(path.tau / sigma_t);
+    if (walk_.travelled() > path.reach) return escape();
+    ++audit.tentative;
+    ++audit.real;
+    path.drawn = random.block(++path.event, Purpose::walk);
+    path.tau = exponential(path.drawn.b);
+    flight_.end = Flight::End::collided;
+    flight_.component = choose(medium, middle, uniform(path.drawn.a) * sigma_t, nodes);
+    return false;
+  }
+
+  /// After the last step. Leaves `path.ray` where the flight ended.
+  TYN_HD Flight land(Path& path) const {
+    path.ray = {walk_.position(), walk_.direction()};
+    Flight flight = flight_;
+    flight.length = walk_.travelled();
     return flight;
   }
 
+  TYN_HD int cells() const { return crossings_ + 1; }
+
+  /// Another flight.
+  TYN_HD void start(const Ray& ray) {
+    walk_.start(ray);
+    crossings_ = 0;
+    flight_ = {};
+  }
+
+  /// What it takes to go on later, between two steps.
+  struct Saved {
+    Ray ray;
+    SuperVoxelWalk::Place place;
+    float distance, before;
+    int crossings;
+  };
+  TYN_HD Saved save() const {
+    return {walk_.ray(), walk_.place(), walk_.distance(), walk_.before(), crossings_};
+  }
+  TYN_HD March(const MajorantGrid& whole, const Saved& s)
+      : walk_(whole, s.ray, s.place, s.distance, s.before), crossings_(s.crossings) {}
+
  private:
+  TYN_HD bool escape() {
+    flight_.end = Flight::End::escaped;
+    return false;
+  }
+  TYN_HD bool cross() {
+    if (crossings_ == most_crossings) return false;  // stalled
+    if (walk_.cross()) {
+      ++crossings_;
+      return true;
+    }
+    flight_.face = walk_.face();
+    return escape();
+  }
+
   template <class Medium>
   TYN_HD static int choose(const Medium& medium, Vec3f p, float v, TreeNodes& nodes) {
     for (int i = 0; i + 1 < medium.count(); ++i) {
@@ -413,6 +433,26 @@ struct RayMarching {
       if (v < 0.0f) return i;
     }
     return medium.count() - 1;
+  }
+
+  SuperVoxelWalk walk_;
+  int crossings_ = 0;
+  Flight flight_;
+};
+
+struct RayMarching {
+  float step;  ///< [length], one finest voxel
+
+  template <class Medium>
+  TYN_HD_APART Flight fly(const Medium& medium, Path& path, const RandomStream& random,
+                          Audit& audit) const {
+    ++audit.flights;
+    March march(medium.whole, path.ray);
+    TreeNodes nodes;
+    while (march.step(step, medium, path, random, nodes, audit)) {
+    }
+    audit.cells += march.cells();
+    return march.land(path);
   }
 };
 
