@@ -85,10 +85,16 @@ def add_volume(path, albedo):
     # Black absorbs density x (1 - 0) per length: all of the extinction, as what is scattered is in the emission.
     absorption = node("ShaderNodeVolumeAbsorption", Color=(0, 0, 0, 1), Density=density.outputs["Fac"])
     emission = node("ShaderNodeEmission", Color=scattered.outputs[0], Strength=density.outputs["Fac"])
-    both = nodes.new("ShaderNodeAddShader")
-    links.new(absorption.outputs[0], both.inputs[0])
-    links.new(emission.outputs[0], both.inputs[1])
-    node("ShaderNodeOutputMaterial", Volume=both.outputs[0])
+    shaders = [absorption, emission]
+    if "emission" in {grid.name for grid in volume.data.grids}:  # of the matter's own
+        shaders.append(node("ShaderNodeEmission", Color=grid("emission").outputs["Color"], Strength=1))
+    volumes = shaders[0].outputs[0]
+    for shader in shaders[1:]:
+        both = nodes.new("ShaderNodeAddShader")
+        links.new(volumes, both.inputs[0])
+        links.new(shader.outputs[0], both.inputs[1])
+        volumes = both.outputs[0]
+    node("ShaderNodeOutputMaterial", Volume=volumes)
     volume.data.materials.clear()
     volume.data.materials.append(material)
     # The file's extinction is per length of the world, whatever is done to the object.

@@ -4,9 +4,11 @@
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <optional>
+#include <new>
+#include <set>
 #include <string_view>
 #include <system_error>
+#include <utility>
 
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
@@ -41,6 +43,7 @@ void require_sense(const RenderArguments& a) {
   };
   refuse(!a.checkpoint.empty() || a.resume,
          "--checkpoint (what is done of a sequence is its frames)");
+  refuse(a.allow_gaps, "--allow-gaps");
   refuse(a.photons.has_value(), "--photon-range");
   refuse(a.samples.has_value(), "--sample-range");
   refuse(!a.illumination.empty(), "--illumination");
@@ -82,7 +85,7 @@ class Sequence {
     if (frames_.size() > 1) scenes_.erase(frames_.size() - 1);  // its volumes may be large
     catch_signals(5.0);
     for (std::size_t i = 0; i < frames_.size(); ++i) {
-      if (!render_frame(i)) {
+      if (!render_frame_or_stop(i)) {
         say(fmt::format("tyndall: stopped by a signal in frame {}; the same line goes on there\n",
                         frames_[i]));
         return static_cast<ExitCode>(128 + caught_signal());
@@ -129,6 +132,18 @@ class Sequence {
     }
   }
 
+#if TYNDALL_OPENEXR
+  static std::vector<std::pair<std::string, std::string>> provenance_of(const std::string& path) {
+    try {
+      return io::read_exr(path).provenance;
+    } catch (const Error& error) {
+      throw Error(error.code(), fmt::format("{}; it is in the place of a frame: remove it, or name "
+                                            "others",
+                                            error.what()));
+    }
+  }
+#endif
+
   /// \return whether the pictures of a frame are there. \throws Error(usage) where they are of
   /// another scene
   bool is_there(const std::vector<std::string>& paths, std::size_t i) {
@@ -138,9 +153,9 @@ class Sequence {
     }
 #if TYNDALL_OPENEXR
     for (const std::string& path : paths) {
-      if (fs::path(path).extension() != ".exr") continue;
+      if (extension_of(path) != ".exr") continue;
       const std::string expected = fmt::format("{:016x}", scene_hash(scene_of(i)->scene));
-      for (const auto& [key, value] : io::read_exr(path).provenance) {
+      for (const auto& [key, value] : provenance_of(path)) {
         if (key == "tyndall.scene_hash" && value != expected)
           usage_error(fmt::format(
               "{}: is there already, of another scene: remove it, or name others", path));
@@ -155,6 +170,16 @@ class Sequence {
   }
 
   /// \return false where a signal ended it.
+  bool render_frame_or_stop(std::size_t i) {
+    try {
+      return render_frame(i) && (caught_signal() == 0 || i + 1 == frames_.size());
+    } catch (const Stopped&) {
+      meter_.clear();
+      return false;
+    }
+  }
+
+  /// The same, where it is not Stopped.
   bool render_frame(std::size_t i) {
     const int frame = frames_[i];
     const auto numbered = [&](const std::string& path) { return of_frame(path, frame, share(i)); };
@@ -171,11 +196,9 @@ class Sequence {
     say(title + "\n");
     const std::shared_ptr<io::SceneFile> file = scene_of(i);
     refuse_inputs(file->inputs, outputs.paths());
-    if (!has_warned_) {
-      for (const std::string& warning : file->warnings) warn(warning);
-      require_detectors(file->scene, arguments_.detectors);
-      has_warned_ = true;
-    }
+    for (const std::string& warning : file->warnings)
+      if (warned_.insert(warning).second) warn(warning);
+    if (!std::exchange(has_begun_, true)) require_detectors(file->scene, arguments_.detectors);
     const std::uint64_t key = light_key(i);
     const bool is_lit = renderer_ && light_key_ == key;
     if (!is_lit) {
@@ -186,18 +209,26 @@ class Sequence {
     outputs.open();
     if (!device_.backend) device_ = open_device(device_name_, arguments_.threads);
     const bool lights_next = has_light_key(i + 1, key);
-    if (is_lit) {
+    if (is_lit)
       say(fmt::format("light    of frame {}, {:.2f} s saved\n", lit_frame_, light_seconds_));
-      renderer_->look(file->scene);
-    } else {
-      begin(file, frame, key, lights_next);
-    }
     // One copy of its volumes is enough.
     if (lights_next) scene_of(i + 1)->scene.medium = file->scene.medium;
-    const bool is_done = renderer_->run();
-    meter_.clear();
-    if (!is_done) return false;
-    RenderResult result = renderer_->result();
+    RenderResult result;
+    try {
+      if (is_lit)
+        renderer_->look(file->scene);
+      else
+        begin(file, frame, key, lights_next && may_keep_light_);
+      if (!finishes(result)) return false;
+    } catch (const std::bad_alloc&) {
+      if (!keeps_light_) throw;
+      meter_.clear();
+      say("light    too large to keep beside a frame: it is shot for each\n");
+      may_keep_light_ = false;
+      renderer_.reset();
+      begin(file, frame, key, false);
+      if (!finishes(result)) return false;
+    }
     if (lit_frame_ == frame)
       light_seconds_ = result.seconds.bounds + result.seconds.photons + result.seconds.matter;
     finish(result, file->warnings);
@@ -210,7 +241,15 @@ class Sequence {
       print(fmt::format("frame {} tallies {:016x} pixels {:016x}\n", frame, result.hashes.tallies,
                         result.hashes.pixels));
     }
-    return caught_signal() == 0 || i + 1 == frames_.size();
+    return true;
+  }
+
+  /// \return false where a signal ended it.
+  bool finishes(RenderResult& result) {
+    const bool is_done = renderer_->run();
+    meter_.clear();
+    if (is_done) result = renderer_->result();
+    return is_done;
   }
 
   void begin(const std::shared_ptr<io::SceneFile>& file, int frame, std::uint64_t key,
@@ -231,7 +270,8 @@ class Sequence {
   const DeviceName device_name_;
   Device device_;
   ProgressMeter meter_;
-  bool has_warned_ = false;
+  bool has_begun_ = false;
+  std::set<std::string> warned_;  // once for all frames
   std::vector<int> frames_;
   std::map<std::size_t, std::shared_ptr<io::SceneFile>>
       scenes_;                          // that were read and are still to be rendered
@@ -239,7 +279,7 @@ class Sequence {
   std::unique_ptr<Renderer> renderer_;  // of the frames that share them
   std::uint64_t light_key_ = 0;
   int lit_frame_ = 0;
-  bool keeps_light_ = false;
+  bool keeps_light_ = false, may_keep_light_ = true;
   double light_seconds_ = 0;
 };
 

@@ -298,7 +298,12 @@ int run(int argc, char** argv) {
   render
       ->add_option("--turntable", arguments.turntable,
                    "The camera turns by so many degrees about what it looks at")
-      ->type_name("DEGREES");
+      ->type_name("DEGREES")
+      ->check([](const std::string& text) -> std::string {
+        char* end = nullptr;
+        const double degrees = std::strtod(text.c_str(), &end);
+        return *end == '\0' && std::isfinite(degrees) ? "" : "expected degrees, got '" + text + "'";
+      });
 
   MergeArguments merging;
   CLI::App* merge = app.add_subcommand("merge", "Adds up parts of a render, exactly");

@@ -72,14 +72,14 @@ const Format formats[] = {
 #endif
 };
 
+}  // namespace
+
 std::string extension_of(const std::string& path) {
   std::string extension = fs::path(path).extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return extension;
 }
-
-}  // namespace
 
 void Outputs::add(const std::string& path) {
   const std::string extension = extension_of(path);

@@ -44,6 +44,8 @@ class Outputs {
 std::string known_formats();
 /// \return the ending of pictures where nobody asks for one.
 std::string default_extension();
+/// \return the ending of a name, in small letters: ".exr".
+std::string extension_of(const std::string& path);
 bool is_part(const std::string& path);
 
 /// What detectors count is asked for where there are some, and only there.

@@ -16,6 +16,8 @@
 #include "io/json_text.h"
 #include "io/volume_file.h"
 #include "tyndall/render/error.h"
+#include "tyndall/render/parallel.h"
+#include "tyndall/render/prepare.h"
 
 namespace tyndall::io {
 
@@ -49,10 +51,10 @@ Texture texture(const BakedLight& light, std::string name, const std::vector<Vec
   return t;
 }
 
-/// The light, in the order of docs/bake.md, and before it the extinction where that is sampled.
-std::vector<Texture> textures_of(const BakedLight& light, std::vector<Texture> density,
+/// The light, in the order of docs/bake.md, after what is sampled of the matter.
+std::vector<Texture> textures_of(const BakedLight& light, std::vector<Texture> matter,
                                  const BakeOptions& options) {
-  std::vector<Texture> textures = std::move(density);
+  std::vector<Texture> textures = std::move(matter);
   textures.push_back(texture(light, "albedo", light.albedo));
   for (const BakedGroup& group : light.groups) {
     const std::string suffix = group.name.empty() ? "" : "_" + group.name;
@@ -72,6 +74,38 @@ std::vector<Texture> textures_of(const BakedLight& light, std::vector<Texture> d
       for (float& x : t.values) x = std::clamp(x, -largest_half, largest_half);
   }
   return textures;
+}
+
+bool shines(const scene::Component& c) {
+  return !std::holds_alternative<scene::NoEmission>(c.emission);
+}
+
+/// What matter emits of its own, where some does, at the voxels of `density`, after which it
+/// comes.
+void add_emission(const Bake& bake, const Texture& density, int threads,
+                  std::vector<Texture>& textures) {
+  const Scene& scene = bake.scene.scene;
+  const auto& components = scene.medium.components;
+  if (std::none_of(components.begin(), components.end(), shines)) return;
+  const PreparedScene prepared = prepare(scene, threads);
+  Texture t{"emission", density.size, density.low, density.high, 3, {}};
+  t.values.resize(3 * count(t.size));
+  const auto [nx, ny, nz] = t.size;
+  const glm::dvec3 voxel = (t.high - t.low) / glm::dvec3(nx, ny, nz);
+  const auto rows = static_cast<std::uint64_t>(ny) * static_cast<std::uint64_t>(nz);
+  parallel_for(0, rows, 16, threads, [&](std::uint64_t begin, std::uint64_t end) {
+    for (std::uint64_t row = begin; row < end; ++row) {
+      const auto j = static_cast<int>(row % static_cast<std::uint64_t>(ny)),
+                 k = static_cast<int>(row / static_cast<std::uint64_t>(ny));
+      float* value = &t.values[3 * row * static_cast<std::uint64_t>(nx)];
+      for (int i = 0; i < nx; ++i) {
+        const glm::vec3 p(t.low + voxel * (glm::dvec3(i, j, k) + 0.5) - scene.medium.box_min);
+        const Vec3f emission = extinction_at(prepared, {p.x, p.y, p.z}).emission;
+        for (const float x : {emission.x, emission.y, emission.z}) *value++ = x;
+      }
+    }
+  });
+  textures.push_back(std::move(t));
 }
 
 glm::dmat4 voxels_to_world(const Texture& t) {
@@ -95,8 +129,11 @@ std::string grids(const Bake& bake, const std::string& path, const BakeOptions& 
     grid.to_world = stored->to_world * stored->volume->to_world();
     grid.scale = stored->sigma_t;
     out.push_back(grid);
+    const OneMedium voxels = matter_of_bake(bake, voxels_of(options), options.threads, false);
+    add_emission(bake, density_of(bake.light, voxels), options.threads, sampled);
   } else {
     sampled.push_back(density_of(bake.light, medium));
+    add_emission(bake, Texture(sampled[0]), options.threads, sampled);
   }
   const std::vector<Texture> textures = textures_of(bake.light, std::move(sampled), options);
   for (const Texture& t : textures)
@@ -110,8 +147,9 @@ std::string grids(const Bake& bake, const std::string& path, const BakeOptions& 
 std::vector<ConvertedFile> raw_textures(const Bake& bake, const std::string& path,
                                         const BakeOptions& options) {
   const OneMedium medium = matter_of_bake(bake, voxels_of(options), options.threads, false);
-  const std::vector<Texture> textures =
-      textures_of(bake.light, {density_of(bake.light, medium)}, options);
+  std::vector<Texture> matter{density_of(bake.light, medium)};
+  add_emission(bake, Texture(matter[0]), options.threads, matter);
+  const std::vector<Texture> textures = textures_of(bake.light, std::move(matter), options);
   const std::vector<std::string> paths = bake_paths(path);
   Json description{{"tyndall", "bake"},
                    {"file", fs::path(paths[1]).filename().string()},
@@ -193,6 +231,9 @@ void require_bake(const std::string& path, const BakeOptions& options) {
                 fmt::format("--half: {} files have no colours of 16 bits; leave it "
                             "out, or bake a .vdb",
                             format->extension));
+  if (options.voxels > most_page_voxels && fs::path(path).extension() == ".html")
+    throw Error(ExitCode::usage, fmt::format("{}: --voxels {}: a page has {} at most", path,
+                                             options.voxels, most_page_voxels));
 }
 
 void require_room(const std::string& path, int lights) {

@@ -20,7 +20,7 @@
 namespace tyndall::io {
 namespace {
 
-constexpr int usual_voxels = 128, most_page_voxels = 256;
+constexpr int usual_voxels = 128;
 constexpr int most_lights = 6;
 
 std::string gzip(const std::string& bytes) {
@@ -204,7 +204,7 @@ void require_room_in_page(const std::string& path, int lights) {
 }
 
 std::string bake_page(const Bake& bake, const BakeOptions& options) {
-  const int voxels = std::min(options.voxels > 0 ? options.voxels : usual_voxels, most_page_voxels);
+  const int voxels = options.voxels > 0 ? options.voxels : usual_voxels;
   const OneMedium medium = matter_of_bake(bake, voxels, options.threads, false);
   const Texture density = density_of(bake.light, medium);
 
@@ -237,6 +237,8 @@ std::string bake_page(const Bake& bake, const BakeOptions& options) {
   std::vector<std::vector<Vec3f>> lights;
   for (const BakedGroup& group : bake.light.groups) {
     const Interpolated fluence(bake.light, group.fluence);
+    // What matter emits is the last group's, whose photons start there; or all light is one.
+    const bool has_emission = &group == &bake.light.groups.back();
     std::vector<Vec3f> light(bytes.size(), Vec3f{0, 0, 0});
     std::size_t n = 0;
     for (int k = 0; k < density.size[2]; ++k)
@@ -246,8 +248,10 @@ std::string bake_page(const Bake& bake, const BakeOptions& options) {
           const glm::dvec3 p = density.low + voxel * (glm::dvec3(i, j, k) + 0.5);
           const glm::vec3 local(p - scene.medium.box_min);
           // Of each voxel: cells of the light mix what is black with what is white.
-          const Vec3f albedo = extinction_at(prepared, {local.x, local.y, local.z}).albedo();
-          light[n] = static_cast<float>(0.25 * std::numbers::inv_pi) * albedo * fluence.at(p);
+          const Extinction matter = extinction_at(prepared, {local.x, local.y, local.z});
+          light[n] =
+              static_cast<float>(0.25 * std::numbers::inv_pi) * matter.albedo() * fluence.at(p);
+          if (has_emission) light[n] = light[n] + matter.emitted();
         }
     lights.push_back(std::move(light));
   }

@@ -35,6 +35,9 @@ OneMedium matter_of_bake(const Bake& bake, int voxels, int threads, bool reads_v
 /// The extinction of all matter, as samples. \pre it is not stored
 Texture density_of(const BakedLight& light, const OneMedium& medium);
 
+/// Voxels along the longest side of a page's matter, at most.
+inline constexpr int most_page_voxels = 256;
+
 /// A page for browsers, in which the lit cloud can be turned. \pre there is room for its lights
 std::string bake_page(const Bake& bake, const BakeOptions& options);
 /// \throws Error(usage) where there are too many; `path` is the page's

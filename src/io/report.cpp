@@ -235,10 +235,12 @@ std::string report_json(const Run& run) {
                              {"samples_per_second", number(samples_per_second(run.result))}});
   std::vector<std::string> volumes;
   for (const LoadedVolume& v : run.volumes) {
+    std::vector<std::string> warnings;
+    for (const std::string& warning : v.warnings) warnings.push_back(quoted(warning));
     volumes.push_back(fmt::format(
-        R"({{"file": {}, "grid": {}, "active_voxels": {}, "bytes": {}, "seconds": {:.4g}, "reader_bytes": {}}})",
+        R"({{"file": {}, "grid": {}, "active_voxels": {}, "bytes": {}, "seconds": {:.4g}, "reader_bytes": {}, "warnings": {}}})",
         quoted(v.path), quoted(v.volume->name()), v.volume->active_voxels(), v.volume->size(),
-        v.seconds, v.child_memory));
+        v.seconds, v.child_memory, list(warnings)));
   }
   facts.push_back({"volumes", list(volumes)});
   std::vector<std::string> members;
@@ -252,11 +254,14 @@ std::string report_lines(const Run& run) {
   const PassSeconds& seconds = result.seconds;
   std::string lines;
   for (const LoadedVolume& volume : run.volumes) lines += volume_line(volume);
+  // Light that was there already took none.
+  const std::string speed =
+      seconds.photons > 0 ? fmt::format(" ({}/s)", short_number(photons_per_second(result))) : "";
   lines += fmt::format(
-      "time     bounds {:.2f} s, photons {:.2f} s ({}/s), matter {:.2f} s, pixels {:.2f} s ({} "
+      "time     bounds {:.2f} s, photons {:.2f} s{}, matter {:.2f} s, pixels {:.2f} s ({} "
       "samples/s), depth {:.2f} s\n",
-      seconds.bounds, seconds.photons, short_number(photons_per_second(result)), seconds.matter,
-      seconds.pixels, short_number(samples_per_second(result)), seconds.depth);
+      seconds.bounds, seconds.photons, speed, seconds.matter, seconds.pixels,
+      short_number(samples_per_second(result)), seconds.depth);
   lines += photon_line(result.ledger) + power_line(result);
   lines += bounds_line(result);
   lines += fmt::format("walks    photons: {}\n         pixels: {}\n", audit_text(result.shoot),

@@ -103,7 +103,6 @@ Limits limits_for(std::uint64_t file_size) {
 
 struct Outcome {
   Json report;
-  std::uint64_t memory = 0;  ///< [byte]
 };
 
 /// Waits for a child; kills it when nobody waits any longer.
@@ -120,16 +119,14 @@ class Child {
 
   int wait() {
     int status = 0;
-    while (::wait4(id_, &status, 0, &usage_) < 0 && errno == EINTR) {
+    while (::waitpid(id_, &status, 0) < 0 && errno == EINTR) {
     }
     id_ = -1;
     return status;
   }
-  std::uint64_t memory() const { return static_cast<std::uint64_t>(usage_.ru_maxrss) * 1024; }
 
  private:
   pid_t id_;
-  struct rusage usage_ {};
 };
 
 struct SpawnActions {
@@ -239,7 +236,7 @@ Outcome call_helper(const std::string& path, const Descriptor& file, const Descr
                            "harm",
                            signal_name(signal)));
   }
-  Outcome outcome{Json::parse(text, nullptr, false), child.memory()};
+  Outcome outcome{Json::parse(text, nullptr, false)};
   if (WEXITSTATUS(result) != 0 || !outcome.report.is_object())
     fail(path, "damaged: the library that reads it failed without a word");
   return outcome;
@@ -309,7 +306,12 @@ Descriptor open_file(const std::string& path) {
   std::error_code error;
   if (fs::is_directory(path, error)) fail(path, "is a folder");
   Descriptor file = Descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  if (file.number() < 0) fail(path, errno == ENOENT ? "no such file" : std::strerror(errno));
+  if (file.number() < 0) {
+    const bool is_numbered = path.find("##") != path.npos;
+    fail(path, errno != ENOENT ? std::strerror(errno)
+               : is_numbered   ? "no such file; ## is a frame's number in `tyndall render --frames`"
+                               : "no such file");
+  }
   struct stat status {};
   if (::fstat(file.number(), &status) != 0 || !S_ISREG(status.st_mode))
     fail(path, "is no regular file");
@@ -361,7 +363,7 @@ LoadedVolume load(const std::string& path, std::vector<std::string> words) {
   const Json loaded = outcome.report.value("loaded", Json::object());
   LoadedVolume out;
   out.path = path;
-  out.child_memory = outcome.memory;
+  out.child_memory = outcome.report.value("resident", std::uint64_t{0});
   out.is_open = !loaded.value("closed", true);
   if (out.is_open)
     out.warnings.push_back(

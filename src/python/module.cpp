@@ -80,6 +80,21 @@ struct Work {
   std::unique_ptr<Backend> backend;
 };
 
+/// What the command line would say: of the scene, and of the result what was not said of that.
+std::vector<std::string> all_warnings(const Work& work, const RenderResult& result) {
+  std::vector<std::string> all = work.file.warnings;
+  for (const std::string& warning : result.warnings)
+    if (std::none_of(all.begin(), all.end(),
+                     [&](const std::string& said) { return said.ends_with(warning); }))
+      all.push_back(warning);
+  return all;
+}
+
+void require_memory(const Scene& scene, int lights) {
+  if (const std::string shortage = app::memory_shortage(scene, lights); !shortage.empty())
+    throw Error(ExitCode::out_of_memory, shortage);
+}
+
 Work prepare_work(const std::string& name, const std::string& text, const std::string& folder,
                   const std::vector<std::string>& overrides, const std::string& device,
                   int threads) {
@@ -97,8 +112,9 @@ py::dict render_text(const std::string& name, const std::string& text, const std
     const py::gil_scoped_release no_lock;
     Watch watch(std::move(progress));
     const Work work = prepare_work(name, text, folder, overrides, device, threads);
-    warnings = work.file.warnings;
+    require_memory(work.file.scene, 1);
     result = render(work.file.scene, *work.backend, watch.options());
+    warnings = all_warnings(work, result);
   }
   const Picture& picture = result.picture;
   py::dict layers;
@@ -126,14 +142,15 @@ py::dict bake_text(const std::string& name, const std::string& text, const std::
     const py::gil_scoped_release no_lock;
     Watch watch(std::move(progress));
     const Work work = prepare_work(name, text, folder, overrides, device, threads);
-    warnings = work.file.warnings;
     const Scene scene = scene_to_bake(work.file.scene, with_directions, per_light);
+    require_memory(scene, most_replicates);
     RenderOptions options = watch.options();
     options.photons = IndexRange{0, scene.photons};
     options.measures_matter = true;
     Renderer renderer(scene, *work.backend, options);
     renderer.run();
     result = renderer.result();
+    warnings = all_warnings(work, result);
     if (result.photons.count() == 0) {
       throw Error(ExitCode::scene_invalid,
                   name + ": no light reaches the medium: there is nothing to bake");

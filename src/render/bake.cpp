@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <set>
+#include <string>
 #include <type_traits>
 #include <variant>
 
@@ -10,6 +12,7 @@
 
 #include "render/read_out.h"
 #include "render/scene_values.h"
+#include "tyndall/render/error.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/prepare.h"
 #include "tyndall/transport/illumination.h"
@@ -164,6 +167,7 @@ Extinction extinction_at(const PreparedScene& scene, Vec3f p) {
     const float sigma_t = c.sigma_t(p);
     sum.all += sigma_t;
     sum.scattering = sum.scattering + sigma_t * c.albedo;
+    if (c.emission) sum.emission = sum.emission + sigma_t * c.emitted(p);
   }
   return sum;
 }
@@ -176,13 +180,21 @@ Scene scene_to_bake(Scene scene, bool with_directions, bool per_light) {
   scene.samples = most_replicates;  // what tells the error
   scene.camera.resolution = {1, 1};
   scene.camera.crop = {0, 0, 0, 0};
+  std::set<std::string> groups;  // that the scene names
+  for (const scene::Light& any : scene.lights)
+    std::visit([&](const auto& light) { groups.insert(light.group); }, any);
   for (std::size_t i = 0; i < scene.lights.size(); ++i)
     std::visit(
         [&](auto& light) {
-          if (!per_light)
-            light.group.clear();
-          else if (light.group.empty())
-            light.group = fmt::format("{}_{}", kind_of(light), i);
+          if (!per_light) return light.group.clear();
+          if (!light.group.empty()) return;
+          light.group = fmt::format("{}_{}", kind_of(light), i);
+          if (groups.contains(light.group)) {
+            throw Error(ExitCode::scene_invalid,
+                        fmt::format("lights[{}]: without a group it would be baked as \"{}\", "
+                                    "which is another light's group: name it otherwise",
+                                    i, light.group));
+          }
         },
         scene.lights[i]);
   return scene;

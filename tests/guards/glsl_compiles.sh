@@ -14,7 +14,7 @@ compile() { # HEAD TEXT
 in vec3 p;
 in vec3 w;
 out vec4 color;
-void main() { color = vec4(extinction(p) * scattered_light(p, normalize(w), vec3(0.9), 0.5), 1.0); }' >"$scratch/bake.frag"
+void main() { color = vec4(emitted(p) + extinction(p) * scattered_light(p, normalize(w), vec3(0.9), 0.5), 1.0); }' >"$scratch/bake.frag"
   glslangValidator "$scratch/bake.frag" >"$scratch/log" 2>&1 && ! grep -qi warning "$scratch/log"
 }
 text=$(<src/io/look/light.glsl)

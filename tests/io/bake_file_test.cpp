@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <map>
@@ -239,6 +240,35 @@ TEST(BakeFile, grids_lie_where_the_light_is) {
         }
     EXPECT_GT(lit, 300u);
   }
+}
+
+TEST(BakeFile, has_what_matter_emits_of_its_own) {
+  Scene scene = cloud();
+  const auto has_emission = [](const Baked& b) {
+    const Json json = Json::parse(
+        bake_files({"scene.json", b.scene, b.light, {}}, "light.json", {false, 16, 0})[0].bytes);
+    return std::any_of(json["textures"].begin(), json["textures"].end(),
+                       [](const Json& t) { return t["name"] == "emission"; });
+  };
+  EXPECT_FALSE(has_emission(baked(scene)));
+  scene.medium.components[0].emission = scene::ColorEmission{{3, 2, 1}, scene::Solid{}};
+  const Baked b = baked(scene);
+  ASSERT_TRUE(has_emission(b));
+  const auto files = bake_files({"scene.json", b.scene, b.light, {}}, "light.json", {false, 16, 0});
+  auto read = textures(Json::parse(files[0].bytes), files[1].bytes);
+  const glsl::sampler3D &density = read.at("density"), &emission = read.at("emission");
+  ASSERT_EQ(emission.size, density.size);
+  // Radiance times extinction, of what does not scatter: 1 - 0.9 of it.
+  float most = 0;
+  for (std::size_t i = 0; i < density.values.size(); ++i) {
+    most = std::max(most, density.values[i]);
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float radiance = 0.1f * (c == 0 ? 3 : c == 1 ? 2 : 1);
+      EXPECT_NEAR(emission.values[3 * i + c], radiance * density.values[i],
+                  1e-4f * density.values[i]);
+    }
+  }
+  EXPECT_GT(most, 1);
 }
 
 TEST(BakeFile, density_of_a_volume_keeps_its_voxels) {

@@ -1,6 +1,7 @@
 """The Python package gives what the command line gives. Run by tests/python/run.sh."""
 import json
 import os
+import pathlib
 import subprocess
 import tempfile
 import unittest
@@ -35,6 +36,32 @@ class Package(unittest.TestCase):
         exec(code, shown)
         self.assertEqual(shown["result"].picture.shape, (240, 320, 4))
         self.assertEqual(shown["light"].fluence["directional_0"].shape[3], 3)
+
+    def test_runs_its_example(self):
+        with open(os.path.join(ROOT, "docs/example/puffs.py"), encoding="utf-8") as file:
+            code = file.read()
+        shown = {}
+        exec(code, shown)
+        means = [float(picture.mean()) for picture in shown["pictures"]]
+        self.assertTrue(all(mean > 0.01 for mean in means), means)
+        self.assertGreater(shown["sun"][shown["lit"] & shown["side"]].mean(),
+                           shown["sun"][shown["lit"] & ~shown["side"]].mean())
+        self.assertGreater(os.path.getsize("puffs.ppm"), 100000)
+
+    def test_takes_what_scenes_are_made_of(self):
+        with tempfile.TemporaryDirectory() as folder:
+            ball().tofile(os.path.join(folder, "ball.raw"))
+            written = scene(ball())
+            written["medium"]["components"][0]["field"] = {
+                "type": "grid", "file": pathlib.Path(folder) / "ball.raw", "size": numpy.array([24, 24, 24])}
+            written["medium"]["sides"] = ("open", "open", "open")
+            self.assertEqual(tyndall.render(written).tallies, tyndall.render(scene(ball())).tallies)
+        with self.assertRaises(tyndall.Error) as caught:
+            tyndall.validate({"tyndall": {1}})
+        self.assertIn("a set: expected dicts", str(caught.exception))
+        with self.assertRaises(tyndall.Error) as caught:
+            tyndall.render(scene(ball()), {"camera.resolution": [100000, 100000]})
+        self.assertEqual(caught.exception.code, 6)
 
     def test_has_the_hashes_of_the_command_line(self):
         values = ball()

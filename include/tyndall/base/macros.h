@@ -13,6 +13,9 @@
 #define TYN_HD_APART [[gnu::noinline]] inline  // a loop whose state GCC spills within its caller
 #endif
 
+/// Of a lambda, as TYN_HD_INLINED.
+#define TYN_ALWAYS_INLINED __attribute__((always_inline))
+
 /// Before a loop of lanes, which wait for instructions, too: its text once, not several times.
 #if defined(__CUDA_ARCH__)
 #define TYN_ROLLED _Pragma("unroll 1")

@@ -40,14 +40,21 @@ struct BakedLight {
 struct Extinction {
   float all = 0;
   Vec3f scattering{0, 0, 0};  ///< extinction times albedo
+  Vec3f emission{0, 0, 0};    ///< extinction times radiance emitted [W/(area sr length)]
 
-  Vec3f albedo() const { return all > 0 ? (1.0f / all) * scattering : Vec3f{0, 0, 0}; }
+  Vec3f albedo() const { return of_all(scattering); }
+  /// Of a layer that lets nothing through [W/(area sr)].
+  Vec3f emitted() const { return of_all(emission); }
+
+ private:
+  Vec3f of_all(Vec3f sum) const { return all > 0 ? (1.0f / all) * sum : Vec3f{0, 0, 0}; }
 };
 /// \param p in local space
 Extinction extinction_at(const PreparedScene& scene, Vec3f p);
 
 /// \return `scene` as it is to be shot for a bake: all light in the grid, that which is scattered
 /// once, too, with directions or without; each light by itself if `per_light`; no picture.
+/// \throws Error(scene_invalid) where two lights would have one name
 Scene scene_to_bake(Scene scene, bool with_directions, bool per_light);
 
 /// \param renderer that has shot photons, one at least, through `scene`, made by scene_to_bake(),

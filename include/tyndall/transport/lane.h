@@ -235,7 +235,7 @@ requires(!has_majorants<Pass>) class Lane<Pass> {
     set_out();
   }
 
-  TYN_HD void walk() {
+  TYN_HD_INLINED void walk() {
     constexpr int steps = 16;
     const RandomStream random{pass_.seed, now_.stream, Pass::domain};
     TreeNodes nodes;
@@ -264,7 +264,7 @@ requires(!has_majorants<Pass>) class Lane<Pass> {
     march_.start(now_.path.ray);
   }
 
-  TYN_HD void land(const RandomStream& random) {
+  TYN_HD_INLINED void land(const RandomStream& random) {
     audit_.cells += march_.cells();
     const Flight flight = march_.land(now_.path);
     const bool goes_on = flight.end == Flight::End::collided
@@ -313,7 +313,7 @@ TYN_HD_INLINED void take_turn(Lanes& lanes) {
     case Stage::walk:
       TYN_ROLLED
       for (int i = 0; i < steps_per_turn; ++i)
-        lanes.where(Stage::walk, [](auto& lane) { lane.walk(); });
+        lanes.where(Stage::walk, [](auto& lane) TYN_ALWAYS_INLINED { lane.walk(); });
       break;
     case Stage::draw:
       lanes.where(Stage::draw, [](auto& lane) { lane.draw(); });

@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstdint>
 #include <cstdlib>
+#include <fstream>
 #include <new>
 #include <string>
 #include <string_view>
@@ -156,6 +157,16 @@ Json run(const std::vector<std::string>& words) {
   return nano ? read_grids(NanoFile(), words) : read_grids(VdbFile(), words);
 }
 
+/// [byte] The most that this program had resident. What the kernel tells the parent (ru_maxrss)
+/// counts the parent's own from before exec.
+std::uint64_t most_resident() {
+  std::ifstream file("/proc/self/status");
+  std::string key, rest;
+  for (std::uint64_t kibibytes = 0; file >> key; std::getline(file, rest))
+    if (key == "VmHWM:" && file >> kibibytes) return kibibytes * 1024;
+  return 0;
+}
+
 int respond(const Json& report) {
   const std::string text = report.dump(-1, ' ', false, Json::error_handler_t::replace);
   for (std::size_t done = 0; done < text.size();) {
@@ -193,5 +204,6 @@ int main(int argc, char** argv) {
   } catch (const std::exception& error) {
     failed(error_damaged, error.what());
   }
+  report["resident"] = most_resident();
   return respond(report);
 }

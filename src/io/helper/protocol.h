@@ -20,7 +20,8 @@
 /// buffer}]}
 ///
 /// The object has "error" and "message", or "grids" and "metadata" (list, load), "loaded" (load,
-/// mesh) and "checksum" (load, mesh): Hasher's of the memory file's words, in hexadecimal.
+/// mesh) and "checksum" (load, mesh): Hasher's of the memory file's words, in hexadecimal. And
+/// "resident" [byte], the most that the helper had.
 #pragma once
 
 #include <cstddef>

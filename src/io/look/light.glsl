@@ -1,18 +1,28 @@
 // Light baked by Tyndall. The textures and their boxes are those that the JSON beside names;
 // linear filter, clamped to the edge. Black textures stand for what was not baked.
 uniform sampler3D density;      // extinction [1/length]
+uniform sampler3D emission;     // radiance that the matter emits per length [W/(area sr length)]
 uniform sampler3D inscatter;    // mean radiance over all directions [W/(area sr)]
 uniform sampler3D inscatter_x;  // its slope along x, y, z
 uniform sampler3D inscatter_y;
 uniform sampler3D inscatter_z;
-uniform vec3 density_min, density_max;  // "box_min", "box_max" of density
+uniform vec3 density_min, density_max;  // "box_min", "box_max" of density and of emission
 uniform vec3 light_min, light_max;      // those of the others
+
+bool is_within(vec3 q) {
+  return all(greaterThanEqual(q, vec3(0.0))) && all(lessThanEqual(q, vec3(1.0)));
+}
 
 // Extinction at p, in world space; 0 outside the box.
 float extinction(vec3 p) {
   vec3 q = (p - density_min) / (density_max - density_min);
-  bool is_inside = all(greaterThanEqual(q, vec3(0.0))) && all(lessThanEqual(q, vec3(1.0)));
-  return is_inside ? texture(density, q).r : 0.0;
+  return is_within(q) ? texture(density, q).r : 0.0;
+}
+
+// Radiance that matter at p emits of its own, per length: fire.
+vec3 emitted(vec3 p) {
+  vec3 q = (p - density_min) / (density_max - density_min);
+  return is_within(q) ? texture(emission, q).rgb : vec3(0.0);
 }
 
 // Radiance that matter at p scatters towards `direction` (a unit vector), per unit of extinction.

@@ -59,12 +59,16 @@ def _with_arrays(value, folder):
     """The same with files in the place of arrays, and other files' names from the root."""
     if isinstance(value, (list, tuple)):
         return [_with_arrays(v, folder) for v in value]
-    if isinstance(value, (numpy.integer, numpy.floating)):
+    if isinstance(value, numpy.generic):
         return value.item()
     if isinstance(value, numpy.ndarray):
         return value.tolist()
-    if not isinstance(value, dict):
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if value is None or isinstance(value, (bool, int, float, str)):
         return value
+    if not isinstance(value, dict):
+        raise Error(f"scene: a {type(value).__name__}: expected dicts, lists, arrays, numbers and texts", 3)
     out = {key: _with_arrays(v, folder) for key, v in value.items()
            if not (key == "values" and isinstance(v, numpy.ndarray))}
     values = value.get("values")
