@@ -605,6 +605,20 @@ TEST_F(CliTest, FramesAreWhatTheyAreAlone) {
   EXPECT_NE(seeds.out.find("frame 5 " + alone("seed=5")), std::string::npos) << seeds.out;
 }
 
+TEST_F(CliTest, EachFrameSaysWhatIsWrongWithIt) {
+  const Outcome said =
+      run({"render", "scene.json", "--frames", "1:3", "-D", "marching_step={t}", "-o", "f.##.pfm"});
+  ASSERT_EQ(said.code, 0) << said.err;
+  const std::size_t first = said.err.find("marching_step: "), frame = said.err.find("frame    2 ");
+  ASSERT_NE(first, std::string::npos) << said.err;
+  EXPECT_GT(first, frame) << "nothing is wrong with frame 1\n" << said.err;
+  EXPECT_EQ(
+      run({"render", "scene.json", "--frames", "1:2", "--turntable", "nan", "-o", "f.##.pfm"}).code,
+      2);
+  EXPECT_EQ(run({"render", "scene.json", "--frames", "1:2", "--allow-gaps", "-o", "f.##.pfm"}).code,
+            2);
+}
+
 TEST_F(CliTest, ATurntableTurnsTheCamera) {
   const Outcome turned = run({"render", "scene.json", "--frames", "0:3", "--turntable", "360", "-D",
                               "camera.position=[0.5,0.5,-2]", "-D", "camera.look_at=[0.5,0.5,0.5]",
@@ -647,6 +661,11 @@ TEST_F(CliTest, ASequenceGoesOnWhereItWasStopped) {
     std::vector<std::string> other = line;
     other.insert(other.end(), {"-s", "9"});
     expect_error(other, 2, "f.0001.exr: is there already, of another scene");
+    other[5] = "F.####.EXR";
+    ASSERT_EQ(run({"render", "scene.json", "--frames", "1:2", "-o", other[5]}).code, 0);
+    expect_error(other, 2, "F.0001.EXR: is there already, of another scene");
+    std::ofstream(folder_ / "F.0001.EXR") << "nothing";
+    expect_error(other, 4, "remove it");
   }
   std::vector<std::string> endless = line;
   endless[5] = "g.####.pfm";
