@@ -17,6 +17,7 @@
 #include <fmt/format.h>
 
 #include "app/devices.h"
+#include "app/memory.h"
 #include "io/report.h"
 #include "io/scene_json.h"
 #include "tyndall/render/bake.h"
