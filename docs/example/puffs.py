@@ -32,7 +32,7 @@ for height in (60, 25, 0):
     result = tyndall.render(scene, {"lights[0].direction": [float(numpy.cos(down)), -float(numpy.sin(down)), 0.3]})
     pictures.append(result.picture[..., :3])
     print(f"sun at {height:2d} degrees: mean radiance {result.picture[..., :3].mean():.3f}, "
-          f"of which the sky {result.layers['sky'].mean():.3f}; hash {result.tallies}")
+          f"of which the sky {result.layers['group_sky'].mean():.3f}; hash {result.tallies}")
 
 strip = numpy.clip(numpy.concatenate(pictures, axis=1), 0, 1) ** (1 / 2.2)
 with open("puffs.ppm", "wb") as file:

@@ -54,9 +54,9 @@ void denoise(Picture& picture) {
   }
   picture.layers.push_back(std::move(noisy));
   const int version = oidnGetDeviceInt(device.get(), "version");  // 20501: 2.5.1
-  picture.provenance.emplace_back("denoised", "Open Image Denoise "
-                                                  + std::to_string(version / 10000) + "."
-                                                  + std::to_string(version / 100 % 100));
+  picture.provenance.emplace_back("tyndall.denoised", "Open Image Denoise "
+                                                          + std::to_string(version / 10000) + "."
+                                                          + std::to_string(version / 100 % 100));
 }
 
 #else

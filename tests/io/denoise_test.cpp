@@ -55,7 +55,7 @@ TEST(Denoise, takes_the_noise_and_keeps_it_as_a_layer) {
       ASSERT_EQ(picture.layers[1].values[3 * i + c], noisy.rgba[4 * i + c]);
   }
   ASSERT_EQ(picture.provenance.size(), 1u);
-  EXPECT_EQ(picture.provenance[0].first, "denoised");
+  EXPECT_EQ(picture.provenance[0].first, "tyndall.denoised");
 }
 
 TEST(Denoise, leaves_a_picture_without_pixels_as_it_is) {

@@ -60,7 +60,7 @@ class Package(unittest.TestCase):
             tyndall.validate({"tyndall": {1}})
         self.assertIn("a set: expected dicts", str(caught.exception))
         with self.assertRaises(tyndall.Error) as caught:
-            tyndall.render(scene(ball()), {"camera.resolution": [100000, 100000]})
+            tyndall.render(scene(ball()), {"camera.resolution": [65536, 65536]})
         self.assertEqual(caught.exception.code, 6)
 
     def test_has_the_hashes_of_the_command_line(self):
