@@ -535,7 +535,8 @@ class Renderer::Work {
     const auto flush_start = Clock::now();
     finish_slice();
     if (!goes_on) sample_seconds_ = seconds / static_cast<double>(count);
-    if (seconds < std::max(1.0, 50 * seconds_since(flush_start))) slice_samples_ *= 2;
+    if (seconds < std::max(1.0, 50 * seconds_since(flush_start)))
+      slice_samples_ = std::min(2 * slice_samples_, PassRunner::most);
     return go_on(Moment::slice);
   }
 
