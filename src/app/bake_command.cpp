@@ -20,16 +20,6 @@
 #include "tyndall/render/prepare.h"
 
 namespace tyndall::app {
-namespace {
-
-float brightest(const BakedLight& light) {
-  float most = 0;
-  for (const BakedGroup& group : light.groups)
-    for (const Vec3f& c : group.fluence) most = std::max({most, c.x, c.y, c.z});
-  return most;
-}
-
-}  // namespace
 
 ExitCode bake_command(const BakeArguments& arguments) {
   const io::BakeOptions options{arguments.half, arguments.voxels, arguments.threads};
@@ -79,19 +69,15 @@ ExitCode bake_command(const BakeArguments& arguments) {
   finish(result, file.warnings);
   const BakedLight light = bake(*renderer, scene);
   const io::Bake baked{arguments.scene, file, light, result.picture.provenance};
-  if (options.half && brightest(light) > io::largest_half) {
-    warn(
-        fmt::format("--half: the light is up to {:.3g}, and cut at {:.0f}, the largest number of "
-                    "16 bits: leave --half out, or scale the lights down",
-                    brightest(light), io::largest_half));
-  }
   say(io::report_lines({renderer->part(), result, arguments.scene, device.name, file.volumes}));
   // What can be written is: the light may have taken hours.
   std::string failures;
   for (const std::string& path : arguments.outputs) {
     try {
       // The file that was asked for comes last, once what it names is there.
-      std::vector<io::ConvertedFile> files = io::bake_files(baked, path, options);
+      std::vector<std::string> warnings;
+      std::vector<io::ConvertedFile> files = io::bake_files(baked, path, options, &warnings);
+      for (const std::string& warning : warnings) warn(warning);
       std::rotate(files.begin(), files.begin() + 1, files.end());
       for (const io::ConvertedFile& part : files) {
         io::OutputFile output(part.path);

@@ -1,10 +1,12 @@
 #include "app/frames_command.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <new>
+#include <optional>
 #include <set>
 #include <string_view>
 #include <system_error>
@@ -68,6 +70,31 @@ void turn(scene::Camera& camera, double degrees) {
   camera.position = camera.look_at + glm::dmat3(rotation) * (camera.position - camera.look_at);
 }
 
+/// The scene of a frame, as it was read.
+struct Loaded {
+  io::SceneFile file;
+  std::uint64_t key = 0;  ///< of all that makes the light: everything but the camera
+};
+
+std::uint64_t key_of(Scene& scene) {
+  scene::Camera camera = std::exchange(scene.camera, {});
+  const std::uint64_t key = scene_hash(scene);
+  scene.camera = std::move(camera);
+  return key;
+}
+
+/// Lets the volumes of `to`, which are those of `from`, go.
+void share_volumes(const io::SceneFile& from, io::SceneFile& to) {
+  to.scene.medium = from.scene.medium;
+  for (std::size_t v = 0; v < std::min(from.volumes.size(), to.volumes.size()); ++v)
+    to.volumes[v].volume = from.volumes[v].volume;
+}
+
+void require_memory(const Scene& scene) {
+  if (const std::string shortage = memory_shortage(scene); !shortage.empty())
+    throw Error(ExitCode::out_of_memory, shortage);
+}
+
 class Sequence {
  public:
   explicit Sequence(const RenderArguments& arguments)
@@ -100,7 +127,7 @@ class Sequence {
     return static_cast<double>(i) / static_cast<double>(frames_.size());
   }
 
-  const std::shared_ptr<io::SceneFile>& scene_of(std::size_t i) {
+  const std::shared_ptr<Loaded>& scene_of(std::size_t i) {
     if (const auto known = scenes_.find(i); known != scenes_.end()) return known->second;
     std::vector<std::string> overrides = arguments_.overrides;
     for (std::string& text : overrides) text = of_frame(text, frames_[i], share(i));
@@ -112,21 +139,15 @@ class Sequence {
         usage_error("--turntable: turns a camera about its look_at, and this one has a matrix");
       turn(file.scene.camera, arguments_.turntable * share(i));
     }
-    return scenes_.emplace(i, std::make_shared<io::SceneFile>(std::move(file))).first->second;
-  }
-
-  /// Of all that makes the light: everything but the camera.
-  std::uint64_t light_key(std::size_t i) {
-    Scene scene = scene_of(i)->scene;
-    scene.camera = {};
-    return scene_hash(scene);
+    const std::uint64_t key = key_of(file.scene);
+    return scenes_.emplace(i, std::make_shared<Loaded>(Loaded{std::move(file), key})).first->second;
   }
 
   /// Whether the light of frame `i` has the key; not where it cannot be read, which is said in its
   /// turn: the frames before it are none the worse for it.
-  bool has_light_key(std::size_t i, std::uint64_t key) {
+  bool has_key(std::size_t i, std::uint64_t key) {
     try {
-      return i < frames_.size() && light_key(i) == key;
+      return i < frames_.size() && scene_of(i)->key == key;
     } catch (const Error&) {
       return false;
     }
@@ -154,7 +175,7 @@ class Sequence {
 #if TYNDALL_OPENEXR
     for (const std::string& path : paths) {
       if (extension_of(path) != ".exr") continue;
-      const std::string expected = fmt::format("{:016x}", scene_hash(scene_of(i)->scene));
+      const std::string expected = fmt::format("{:016x}", scene_hash(scene_of(i)->file.scene));
       for (const auto& [key, value] : provenance_of(path)) {
         if (key == "tyndall.scene_hash" && value != expected)
           usage_error(fmt::format(
@@ -179,7 +200,7 @@ class Sequence {
     }
   }
 
-  /// The same, where it is not Stopped.
+  /// The same, or throws Stopped.
   bool render_frame(std::size_t i) {
     const int frame = frames_[i];
     const auto numbered = [&](const std::string& path) { return of_frame(path, frame, share(i)); };
@@ -194,49 +215,30 @@ class Sequence {
       return true;
     }
     say(title + "\n");
-    const std::shared_ptr<io::SceneFile> file = scene_of(i);
-    refuse_inputs(file->inputs, outputs.paths());
-    for (const std::string& warning : file->warnings)
+    const std::shared_ptr<const Loaded> loaded = scene_of(i);
+    const io::SceneFile& file = loaded->file;
+    refuse_inputs(file.inputs, outputs.paths());
+    for (const std::string& warning : file.warnings)
       if (warned_.insert(warning).second) warn(warning);
-    if (!std::exchange(has_begun_, true)) require_detectors(file->scene, arguments_.detectors);
-    const std::uint64_t key = light_key(i);
-    const bool is_lit = renderer_ && light_key_ == key;
-    if (!is_lit) {
-      renderer_.reset();
-      if (const std::string shortage = memory_shortage(file->scene); !shortage.empty())
-        throw Error(ExitCode::out_of_memory, shortage);
-    }
+    if (!std::exchange(has_begun_, true)) require_detectors(file.scene, arguments_.detectors);
+    if (lit_ && (lit_->by->key != loaded->key || !memory_shortage(file.scene).empty()))
+      lit_.reset();
+    if (!lit_) require_memory(file.scene);
     outputs.open();
     if (!device_.backend) device_ = open_device(device_name_, arguments_.threads);
-    const bool lights_next = has_light_key(i + 1, key);
-    if (is_lit)
-      say(fmt::format("light    of frame {}, {:.2f} s saved\n", lit_frame_, light_seconds_));
-    // One copy of its volumes is enough.
-    if (lights_next) scene_of(i + 1)->scene.medium = file->scene.medium;
+    const bool lights_next = has_key(i + 1, loaded->key);
+    if (lights_next) share_volumes(file, scene_of(i + 1)->file);
+
     RenderResult result;
-    try {
-      if (is_lit)
-        renderer_->look(file->scene);
-      else
-        begin(file, frame, key, lights_next && may_keep_light_);
-      if (!finishes(result)) return false;
-    } catch (const std::bad_alloc&) {
-      if (!keeps_light_) throw;
-      meter_.clear();
-      say("light    too large to keep beside a frame: it is shot for each\n");
-      may_keep_light_ = false;
-      renderer_.reset();
-      begin(file, frame, key, false);
-      if (!finishes(result)) return false;
-    }
-    if (lit_frame_ == frame)
-      light_seconds_ = result.seconds.bounds + result.seconds.photons + result.seconds.matter;
-    finish(result, file->warnings);
+    if (!finish_by_light(loaded, frame, lights_next, result)) return false;
+    if (lit_->frame == frame)
+      lit_->seconds = result.seconds.bounds + result.seconds.photons + result.seconds.matter;
+    finish(result, file.warnings);
     if (arguments_.denoises) io::denoise(result.picture);
-    const io::Run run{renderer_->part(), result, arguments_.scene, device_.name, file->volumes};
+    const io::Run run{lit_->renderer->part(), result, arguments_.scene, device_.name, file.volumes};
     say(io::report_lines(run));
     outputs.write(run);
-    if (!keeps_light_) renderer_.reset();
+    if (!lit_->is_kept) lit_.reset();
     if (arguments_.print_hash) {
       print(fmt::format("frame {} tallies {:016x} pixels {:016x}\n", frame, result.hashes.tallies,
                         result.hashes.pixels));
@@ -244,27 +246,67 @@ class Sequence {
     return true;
   }
 
-  /// \return false where a signal ended it.
-  bool finishes(RenderResult& result) {
-    const bool is_done = renderer_->run();
-    meter_.clear();
-    if (is_done) result = renderer_->result();
-    return is_done;
+  /// With the light that there is, or its own. \return false where a signal ended it.
+  bool finish_by_light(const std::shared_ptr<const Loaded>& loaded, int frame, bool lights_next,
+                       RenderResult& result) {
+    const Scene& scene = loaded->file.scene;
+    try {
+      if (!looks(scene)) begin(loaded, frame, lights_next && may_keep_);
+      return finishes(result);
+    } catch (const std::bad_alloc&) {
+      if (!lit_ || !lit_->is_kept) throw;
+      meter_.clear();
+      lit_.reset();
+      may_keep_ = false;
+      require_memory(scene);
+      say("light    too large to keep beside a frame: it is shot for each\n");
+      begin(loaded, frame, false);
+      return finishes(result);
+    }
   }
 
-  void begin(const std::shared_ptr<io::SceneFile>& file, int frame, std::uint64_t key,
-             bool lights_next) {
-    lit_ = file;
-    lit_frame_ = frame;
-    light_key_ = key;
+  /// \return false where there is no light, or the device that had it is lost.
+  bool looks(const Scene& scene) {
+    if (!lit_) return false;
+    try {
+      lit_->renderer->look(scene);
+    } catch (const Error& error) {
+      if (error.code() != ExitCode::device || device_name_.kind != DeviceName::Kind::automatic)
+        throw;
+      lit_.reset();
+      return false;
+    }
+    say(fmt::format("light    of frame {}, {:.2f} s saved\n", lit_->frame, lit_->seconds));
+    return true;
+  }
+
+  void begin(const std::shared_ptr<const Loaded>& loaded, int frame, bool may_keep) {
+    const Scene& scene = loaded->file.scene;
     RenderOptions options = interruptible(meter_);
     options.batch = arguments_.batch;
     // Kept as floats, half as large as what is shot.
-    options.keeps_light = keeps_light_ =
-        lights_next && memory_shortage(file->scene, 1 + most_replicates / 2).empty();
-    renderer_ = begin_render(file->scene, device_, device_name_, arguments_.threads, options,
-                             [this] { meter_.clear(); });
+    options.keeps_light = may_keep && memory_shortage(scene, 1 + most_replicates / 2).empty();
+    lit_ = Lit{loaded, nullptr, frame, options.keeps_light};
+    lit_->renderer = begin_render(scene, device_, device_name_, arguments_.threads, options,
+                                  [this] { meter_.clear(); });
   }
+
+  /// \return false where a signal ended it.
+  bool finishes(RenderResult& result) {
+    const bool is_done = lit_->renderer->run();
+    meter_.clear();
+    if (is_done) result = lit_->renderer->result();
+    return is_done;
+  }
+
+  /// A frame's bounds and light, for itself and those after it that share them.
+  struct Lit {
+    std::shared_ptr<const Loaded> by;  ///< whose matter the renderer reads
+    std::unique_ptr<Renderer> renderer;
+    int frame;
+    bool is_kept;  ///< for the next one
+    double seconds = 0;
+  };
 
   const RenderArguments& arguments_;
   const DeviceName device_name_;
@@ -273,14 +315,9 @@ class Sequence {
   bool has_begun_ = false;
   std::set<std::string> warned_;  // once for all frames
   std::vector<int> frames_;
-  std::map<std::size_t, std::shared_ptr<io::SceneFile>>
-      scenes_;                          // that were read and are still to be rendered
-  std::shared_ptr<io::SceneFile> lit_;  // whose bounds and light `renderer_` has
-  std::unique_ptr<Renderer> renderer_;  // of the frames that share them
-  std::uint64_t light_key_ = 0;
-  int lit_frame_ = 0;
-  bool keeps_light_ = false, may_keep_light_ = true;
-  double light_seconds_ = 0;
+  std::map<std::size_t, std::shared_ptr<Loaded>> scenes_;  // that are still to be rendered
+  std::optional<Lit> lit_;
+  bool may_keep_ = true;  // there was room for it so far
 };
 
 }  // namespace

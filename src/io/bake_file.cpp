@@ -52,8 +52,9 @@ Texture texture(const BakedLight& light, std::string name, const std::vector<Vec
 }
 
 /// The light, in the order of docs/bake.md, after what is sampled of the matter.
+/// \param[out] warnings of numbers that are too large
 std::vector<Texture> textures_of(const BakedLight& light, std::vector<Texture> matter,
-                                 const BakeOptions& options) {
+                                 const BakeOptions& options, std::vector<std::string>& warnings) {
   std::vector<Texture> textures = std::move(matter);
   textures.push_back(texture(light, "albedo", light.albedo));
   for (const BakedGroup& group : light.groups) {
@@ -69,9 +70,16 @@ std::vector<Texture> textures_of(const BakedLight& light, std::vector<Texture> m
   if (!light.relative_error.empty())
     textures.push_back(
         {"relative_error", light.size, light.low, light.high, 1, light.relative_error});
-  if (options.half) {
-    for (Texture& t : textures)
-      for (float& x : t.values) x = std::clamp(x, -largest_half, largest_half);
+  if (!options.half) return textures;
+  for (Texture& t : textures) {
+    const auto most = std::max_element(t.values.begin(), t.values.end());
+    if (most != t.values.end() && *most > largest_half && t.name != "relative_error") {
+      warnings.push_back(fmt::format(
+          "--half: {} is up to {:.3g}, and cut at {:.0f}, the largest number of 16 bits: leave "
+          "--half out, or scale the lights down",
+          t.name, *most, largest_half));
+    }
+    for (float& x : t.values) x = std::clamp(x, -largest_half, largest_half);
   }
   return textures;
 }
@@ -80,13 +88,8 @@ bool shines(const scene::Component& c) {
   return !std::holds_alternative<scene::NoEmission>(c.emission);
 }
 
-/// What matter emits of its own, where some does, at the voxels of `density`, after which it
-/// comes.
-void add_emission(const Bake& bake, const Texture& density, int threads,
-                  std::vector<Texture>& textures) {
-  const Scene& scene = bake.scene.scene;
-  const auto& components = scene.medium.components;
-  if (std::none_of(components.begin(), components.end(), shines)) return;
+/// What matter emits of its own, at the voxels of `density`.
+Texture emission_of(const Scene& scene, const Texture& density, int threads) {
   const PreparedScene prepared = prepare(scene, threads);
   Texture t{"emission", density.size, density.low, density.high, 3, {}};
   t.values.resize(3 * count(t.size));
@@ -105,7 +108,24 @@ void add_emission(const Bake& bake, const Texture& density, int threads,
       }
     }
   });
-  textures.push_back(std::move(t));
+  return t;
+}
+
+/// What is sampled of the matter: its density, unless that is stored, and what it emits, if
+/// anything does.
+std::vector<Texture> matter_textures(const Bake& bake, const OneMedium& medium,
+                                     const BakeOptions& options) {
+  const Scene& scene = bake.scene.scene;
+  const auto& components = scene.medium.components;
+  const bool has_emission = std::any_of(components.begin(), components.end(), shines);
+  const bool is_stored = std::holds_alternative<Stored>(medium.matter);
+  if (is_stored && !has_emission) return {};
+  std::vector<Texture> textures{density_of(
+      bake.light,
+      is_stored ? matter_of_bake(bake, voxels_of(options), options.threads, false) : medium)};
+  if (has_emission) textures.push_back(emission_of(scene, textures[0], options.threads));
+  if (is_stored) textures.erase(textures.begin());
+  return textures;
 }
 
 glm::dmat4 voxels_to_world(const Texture& t) {
@@ -118,9 +138,9 @@ glm::dmat4 voxels_to_world(const Texture& t) {
 
 // ---- Grids
 
-std::string grids(const Bake& bake, const std::string& path, const BakeOptions& options) {
+std::string grids(const Bake& bake, const std::string& path, const BakeOptions& options,
+                  std::vector<std::string>& warnings) {
   const OneMedium medium = matter_of_bake(bake, voxels_of(options), options.threads, true);
-  std::vector<Texture> sampled;
   std::vector<GridToWrite> out;
   if (const auto* stored = std::get_if<Stored>(&medium.matter)) {
     GridToWrite grid;
@@ -129,13 +149,9 @@ std::string grids(const Bake& bake, const std::string& path, const BakeOptions& 
     grid.to_world = stored->to_world * stored->volume->to_world();
     grid.scale = stored->sigma_t;
     out.push_back(grid);
-    const OneMedium voxels = matter_of_bake(bake, voxels_of(options), options.threads, false);
-    add_emission(bake, density_of(bake.light, voxels), options.threads, sampled);
-  } else {
-    sampled.push_back(density_of(bake.light, medium));
-    add_emission(bake, Texture(sampled[0]), options.threads, sampled);
   }
-  const std::vector<Texture> textures = textures_of(bake.light, std::move(sampled), options);
+  const std::vector<Texture> textures =
+      textures_of(bake.light, matter_textures(bake, medium, options), options, warnings);
   for (const Texture& t : textures)
     out.push_back({t.name, voxels_to_world(t), t.size, t.channels, t.values.data(), nullptr, 1});
   return encode_grids(path, fs::path(path).extension() == ".nvdb", out, bake.provenance,
@@ -145,11 +161,11 @@ std::string grids(const Bake& bake, const std::string& path, const BakeOptions& 
 // ---- Textures for engines
 
 std::vector<ConvertedFile> raw_textures(const Bake& bake, const std::string& path,
-                                        const BakeOptions& options) {
+                                        const BakeOptions& options,
+                                        std::vector<std::string>& warnings) {
   const OneMedium medium = matter_of_bake(bake, voxels_of(options), options.threads, false);
-  std::vector<Texture> matter{density_of(bake.light, medium)};
-  add_emission(bake, Texture(matter[0]), options.threads, matter);
-  const std::vector<Texture> textures = textures_of(bake.light, std::move(matter), options);
+  const std::vector<Texture> textures =
+      textures_of(bake.light, matter_textures(bake, medium, options), options, warnings);
   const std::vector<std::string> paths = bake_paths(path);
   Json description{{"tyndall", "bake"},
                    {"file", fs::path(paths[1]).filename().string()},
@@ -182,12 +198,14 @@ std::vector<ConvertedFile> raw_textures(const Bake& bake, const std::string& pat
 struct Format {
   const char* extension;
   bool has_half;
-  std::vector<ConvertedFile> (*encode)(const Bake&, const std::string&, const BakeOptions&);
+  std::vector<ConvertedFile> (*encode)(const Bake&, const std::string&, const BakeOptions&,
+                                       std::vector<std::string>& warnings);
 };
 
-constexpr auto encode_grids_alone = [](const Bake& bake, const std::string& path,
-                                       const BakeOptions& options) -> std::vector<ConvertedFile> {
-  return {{path, grids(bake, path, options)}};
+constexpr auto encode_grids_alone =
+    [](const Bake& bake, const std::string& path, const BakeOptions& options,
+       std::vector<std::string>& warnings) -> std::vector<ConvertedFile> {
+  return {{path, grids(bake, path, options, warnings)}};
 };
 
 const Format formats[] = {
@@ -198,7 +216,8 @@ const Format formats[] = {
     {".json", true, raw_textures},
 #if TYNDALL_ZLIB
     {".html", false,
-     [](const Bake& bake, const std::string& path, const BakeOptions& options) {
+     [](const Bake& bake, const std::string& path, const BakeOptions& options,
+        std::vector<std::string>&) {
        return std::vector<ConvertedFile>{{path, bake_page(bake, options)}};
      }},
 #endif
@@ -250,9 +269,15 @@ std::vector<std::string> bake_paths(const std::string& path) {
 }
 
 std::vector<ConvertedFile> bake_files(const Bake& bake, const std::string& path,
-                                      const BakeOptions& options) {
+                                      const BakeOptions& options,
+                                      std::vector<std::string>* warnings) {
   require_bake(path, options);
-  return find_format(path)->encode(bake, path, options);
+  std::vector<std::string> own;
+  std::vector<ConvertedFile> files = find_format(path)->encode(bake, path, options, own);
+  if (warnings)
+    for (const std::string& warning : own)
+      warnings->push_back(fmt::format("{}: {}", path, warning));
+  return files;
 }
 
 }  // namespace tyndall::io

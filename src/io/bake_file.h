@@ -39,8 +39,9 @@ void require_room(const std::string& path, int lights);
 /// \return the files that will be: `path`, and what lies beside it.
 std::vector<std::string> bake_paths(const std::string& path);
 
-/// \return what is in them, in that order.
+/// \return what is in them, in that order. \param[out] warnings of what was cut, added
 std::vector<ConvertedFile> bake_files(const Bake& bake, const std::string& path,
-                                      const BakeOptions& options);
+                                      const BakeOptions& options,
+                                      std::vector<std::string>* warnings = nullptr);
 
 }  // namespace tyndall::io

@@ -238,7 +238,7 @@ std::string bake_page(const Bake& bake, const BakeOptions& options) {
   for (const BakedGroup& group : bake.light.groups) {
     const Interpolated fluence(bake.light, group.fluence);
     // What matter emits is the last group's, whose photons start there; or all light is one.
-    const bool has_emission = &group == &bake.light.groups.back();
+    const bool takes_emission = &group == &bake.light.groups.back();
     std::vector<Vec3f> light(bytes.size(), Vec3f{0, 0, 0});
     std::size_t n = 0;
     for (int k = 0; k < density.size[2]; ++k)
@@ -251,7 +251,7 @@ std::string bake_page(const Bake& bake, const BakeOptions& options) {
           const Extinction matter = extinction_at(prepared, {local.x, local.y, local.z});
           light[n] =
               static_cast<float>(0.25 * std::numbers::inv_pi) * matter.albedo() * fluence.at(p);
-          if (has_emission) light[n] = light[n] + matter.emitted();
+          if (takes_emission) light[n] = light[n] + matter.emitted();
         }
     lights.push_back(std::move(light));
   }

@@ -101,10 +101,6 @@ Limits limits_for(std::uint64_t file_size) {
   return {(std::uint64_t{2} << 30) + 64 * file_size, 6 + megabytes, 8 + 4 * megabytes};
 }
 
-struct Outcome {
-  Json report;
-};
-
 /// Waits for a child; kills it when nobody waits any longer.
 class Child {
  public:
@@ -202,9 +198,10 @@ std::string signal_name(int signal) {
   return name ? fmt::format("SIG{}", name) : fmt::format("signal {}", signal);
 }
 
-/// Calls the helper. \throws Error where it fails, with what is known of the reason.
-Outcome call_helper(const std::string& path, const Descriptor& file, const Descriptor& grid,
-                    std::vector<std::string> words) {
+/// Calls the helper. \return its object. \throws Error where it fails, with what is known of the
+/// reason.
+Json call_helper(const std::string& path, const Descriptor& file, const Descriptor& grid,
+                 std::vector<std::string> words) {
   struct stat status {};
   ::fstat(file.number(), &status);
   const Limits limits = limits_for(static_cast<std::uint64_t>(status.st_size));
@@ -236,10 +233,10 @@ Outcome call_helper(const std::string& path, const Descriptor& file, const Descr
                            "harm",
                            signal_name(signal)));
   }
-  Outcome outcome{Json::parse(text, nullptr, false)};
-  if (WEXITSTATUS(result) != 0 || !outcome.report.is_object())
+  Json report = Json::parse(text, nullptr, false);
+  if (WEXITSTATUS(result) != 0 || !report.is_object())
     fail(path, "damaged: the library that reads it failed without a word");
-  return outcome;
+  return report;
 }
 
 // ---- What the helper says
@@ -358,12 +355,12 @@ void add_warnings(const Json& loaded, LoadedVolume& out) {
 LoadedVolume load(const std::string& path, std::vector<std::string> words) {
   const auto start = Clock::now();
   const Descriptor file = open_file(path), memory = memory_file();
-  const Outcome outcome = call_helper(path, file, memory, std::move(words));
-  if (outcome.report.contains("error")) fail_as_reported(path, outcome.report);
-  const Json loaded = outcome.report.value("loaded", Json::object());
+  const Json report = call_helper(path, file, memory, std::move(words));
+  if (report.contains("error")) fail_as_reported(path, report);
+  const Json loaded = report.value("loaded", Json::object());
   LoadedVolume out;
   out.path = path;
-  out.child_memory = outcome.report.value("resident", std::uint64_t{0});
+  out.child_memory = report.value("resident", std::uint64_t{0});
   out.is_open = !loaded.value("closed", true);
   if (out.is_open)
     out.warnings.push_back(
@@ -405,12 +402,12 @@ LoadedVolume load_mesh(const std::string& path, int voxels) {
 
 VolumeContents list_grids(const std::string& path) {
   const Descriptor file = open_file(path), memory = memory_file();
-  const Outcome outcome = call_helper(path, file, memory, {"list", format_of(path), ""});
-  if (outcome.report.contains("error")) fail_as_reported(path, outcome.report);
+  const Json report = call_helper(path, file, memory, {"list", format_of(path), ""});
+  if (report.contains("error")) fail_as_reported(path, report);
   using Texts = std::map<std::string, std::string>;
   VolumeContents contents;
-  contents.metadata = outcome.report.value("metadata", Texts());
-  for (const Json& grid : outcome.report.value("grids", Json::array())) {
+  contents.metadata = report.value("metadata", Texts());
+  for (const Json& grid : report.value("grids", Json::array())) {
     contents.grids.push_back({grid.value("unique_name", ""), grid.value("type", ""),
                               grid.value("class", ""), grid.value("voxels", std::uint64_t{0}),
                               grid.value("transform", std::vector<double>{}),
@@ -465,13 +462,13 @@ std::string encode_grids(const std::string& path, bool nano, const std::vector<G
     throw Error(ExitCode::output_failed,
                 fmt::format("{}: {} could not write it: {}", path, helper_name, why));
   };
-  Outcome outcome;
+  Json report;
   try {
-    outcome = call_helper(path, parcel, written, {"write", nano ? "nvdb" : "vdb"});
+    report = call_helper(path, parcel, written, {"write", nano ? "nvdb" : "vdb"});
   } catch (const Error& error) {
     fail_writing(error.what());
   }
-  if (outcome.report.contains("error")) fail_writing(outcome.report.value("message", ""));
+  if (report.contains("error")) fail_writing(report.value("message", ""));
   struct stat status {};
   ::fstat(written.number(), &status);
   std::string bytes(static_cast<std::size_t>(status.st_size), '\0');

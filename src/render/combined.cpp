@@ -29,7 +29,7 @@ class CombinedBackend final : public Backend {
   }
   int threads() const override { return backends_[0]->threads(); }
   double table_points() const override { return backends_[0]->table_points(); }
-  std::uint64_t first_batch() const override { return backends_.size() * least_chunk(); }
+  std::uint64_t first_batch() const override { return backends_.size() * least_walks(); }
   double batch_seconds() const override { return backends_[0]->batch_seconds(); }
 
   void load(const PreparedScene& scene, const Stop& stop, const Stop& pause) override {
@@ -53,8 +53,9 @@ class CombinedBackend final : public Backend {
     });
   }
   std::uint64_t gather(IndexRange pixels, SampleRange samples) override {
-    return deal(pixels,
-                [&](std::size_t b, IndexRange chunk) { backends_[b]->gather(chunk, samples); });
+    return deal(
+        pixels, [&](std::size_t b, IndexRange chunk) { backends_[b]->gather(chunk, samples); },
+        samples.count);
   }
   void illuminate(const std::vector<float>& numerator,
                   const std::vector<float>& denominator) override {
@@ -113,11 +114,14 @@ class CombinedBackend final : public Backend {
     if (failure) std::rethrow_exception(failure);
   }
 
-  /// Chunks of `range` to whoever is free, in order. \return the end of those that are done.
+  /// Chunks of `range` to whoever is free, in order. \param weight walks of an index \return the
+  /// end of those that are done.
   template <class Work>
-  std::uint64_t deal(IndexRange range, const Work& work) {
+  std::uint64_t deal(IndexRange range, const Work& work, std::uint64_t weight = 1) {
     const std::uint64_t count = range.end - range.begin;
-    const std::uint64_t chunk = std::max(count / (chunks_each * backends_.size()), least_chunk());
+    const std::uint64_t n = backends_.size(), share = (count + n - 1) / n;
+    const std::uint64_t chunk = std::clamp<std::uint64_t>(
+        count / (chunks_each * n), std::min(least_walks() / weight + 1, share), share);
     std::atomic<std::uint64_t> dealt = 0;
     each([&](std::size_t b) {
       const DefaultFloatingPoint guard;
@@ -132,10 +136,7 @@ class CombinedBackend final : public Backend {
   }
   static constexpr std::uint64_t chunks_each = 4;  // the slowest keeps all waiting for one of its
 
-  /// Enough to be worth a run; but it does not pause within one.
-  std::uint64_t least_chunk() const {
-    return std::min<std::uint64_t>(backends_[0]->first_batch(), 1 << 16);
-  }
+  std::uint64_t least_walks() const { return std::min(backends_[0]->first_batch(), least_chunk); }
 
   std::vector<std::int64_t> add_up(std::vector<std::int64_t> (Backend::*take)()) {
     std::vector<std::int64_t> sum;

@@ -266,7 +266,7 @@ class DistributedBackend final : public Backend {
   double table_points_ = rank_.local().table_points();
   // Ranks do not pause within their chunks.
   std::uint64_t first_batch_ = static_cast<std::uint64_t>(rank_.ranks().size())
-                               * std::min<std::uint64_t>(rank_.local().first_batch(), 1 << 16);
+                               * std::min(rank_.local().first_batch(), least_chunk);
   double batch_seconds_ = rank_.local().batch_seconds();
   std::uint64_t next_ticket_ = 0;
   bool is_amid_ = false;                        // a step, or broken off in one

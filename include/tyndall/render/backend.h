@@ -32,6 +32,9 @@ struct FilmTallies {
   void add(const FilmTallies& other);
 };
 
+/// Walks in a call that will not be asked to pause, at least: enough to be worth a device's run.
+inline constexpr std::uint64_t least_chunk = 1 << 16;
+
 class Backend {
  public:
   virtual ~Backend() = default;

@@ -40,7 +40,7 @@ struct BakedLight {
 struct Extinction {
   float all = 0;
   Vec3f scattering{0, 0, 0};  ///< extinction times albedo
-  Vec3f emission{0, 0, 0};    ///< extinction times radiance emitted [W/(area sr length)]
+  Vec3f emission{0, 0, 0};    ///< as it absorbs [W/(area sr length)]
 
   Vec3f albedo() const { return of_all(scattering); }
   /// Of a layer that lets nothing through [W/(area sr)].

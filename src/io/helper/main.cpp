@@ -196,6 +196,7 @@ int main(int argc, char** argv) {
   try {
     const tbb::global_control few(tbb::global_control::max_allowed_parallelism, 8);
     report = run(words);
+    report["resident"] = most_resident();
   } catch (const Failure& failure) {
     failed(failure.kind, failure.message);
     report["grids"] = failure.grids;
@@ -204,6 +205,5 @@ int main(int argc, char** argv) {
   } catch (const std::exception& error) {
     failed(error_damaged, error.what());
   }
-  report["resident"] = most_resident();
   return respond(report);
 }
