@@ -166,11 +166,7 @@ void require_detectors(const Scene& scene, const std::string& detectors) {
 
 void finish(RenderResult& result, const std::vector<std::string>& said) {
   result.picture.provenance = io::provenance(result);
-  // The scene's were said with their place in its file.
-  for (const std::string& warning : result.warnings)
-    if (std::none_of(said.begin(), said.end(),
-                     [&](const std::string& line) { return line.ends_with(warning); }))
-      warn(warning);
+  for (const std::string& warning : io::unsaid_warnings(result, said)) warn(warning);
 }
 
 void refuse_inputs(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs,

@@ -16,7 +16,6 @@
 #include "io/json_text.h"
 #include "io/volume_file.h"
 #include "tyndall/render/error.h"
-#include "tyndall/render/parallel.h"
 #include "tyndall/render/prepare.h"
 
 namespace tyndall::io {
@@ -93,21 +92,15 @@ Texture emission_of(const Scene& scene, const Texture& density, int threads) {
   const PreparedScene prepared = prepare(scene, threads);
   Texture t{"emission", density.size, density.low, density.high, 3, {}};
   t.values.resize(3 * count(t.size));
-  const auto [nx, ny, nz] = t.size;
-  const glm::dvec3 voxel = (t.high - t.low) / glm::dvec3(nx, ny, nz);
-  const auto rows = static_cast<std::uint64_t>(ny) * static_cast<std::uint64_t>(nz);
-  parallel_for(0, rows, 16, threads, [&](std::uint64_t begin, std::uint64_t end) {
-    for (std::uint64_t row = begin; row < end; ++row) {
-      const auto j = static_cast<int>(row % static_cast<std::uint64_t>(ny)),
-                 k = static_cast<int>(row / static_cast<std::uint64_t>(ny));
-      float* value = &t.values[3 * row * static_cast<std::uint64_t>(nx)];
-      for (int i = 0; i < nx; ++i) {
-        const glm::vec3 p(t.low + voxel * (glm::dvec3(i, j, k) + 0.5) - scene.medium.box_min);
-        const Vec3f emission = extinction_at(prepared, {p.x, p.y, p.z}).emission;
-        for (const float x : {emission.x, emission.y, emission.z}) *value++ = x;
-      }
-    }
-  });
+  const glm::dvec3 origin = scene.medium.box_min;
+  for_each_voxel(t.size, t.low - origin, t.high - origin, threads,
+                 [&](std::size_t n, glm::dvec3 at) {
+                   const glm::vec3 p(at);
+                   const Vec3f emission = extinction_at(prepared, {p.x, p.y, p.z}).emission;
+                   t.values[3 * n] = emission.x;
+                   t.values[3 * n + 1] = emission.y;
+                   t.values[3 * n + 2] = emission.z;
+                 });
   return t;
 }
 

@@ -80,26 +80,35 @@ std::array<int, 3> grid_size(glm::dvec3 extent, int voxels) {
 }
 
 void sample(const PreparedScene& prepared, glm::dvec3 box_min, int threads, Sampled& grid) {
-  const int nx = grid.size[0], ny = grid.size[1], nz = grid.size[2];
-  grid.sigma_t.resize(static_cast<std::size_t>(nx) * ny * nz);
-  const glm::dvec3 step = (grid.high - grid.low) / glm::dvec3(nx, ny, nz);
-  const auto rows = static_cast<std::uint64_t>(ny) * static_cast<std::uint64_t>(nz);
-  parallel_for(0, rows, 16, threads, [&](std::uint64_t begin, std::uint64_t end) {
-    for (std::uint64_t row = begin; row < end; ++row) {
-      const auto y = static_cast<double>(row % static_cast<std::uint64_t>(ny)),
-                 z = static_cast<double>(row / static_cast<std::uint64_t>(ny));
-      float* out = &grid.sigma_t[row * static_cast<std::uint64_t>(nx)];
-      for (int x = 0; x < nx; ++x) {
-        const glm::dvec3 p = grid.low - box_min + step * (glm::dvec3(x, y, z) + 0.5);
-        const Vec3f local{static_cast<float>(p.x), static_cast<float>(p.y),
-                          static_cast<float>(p.z)};
-        for (const Component<AnyField>& c : prepared.components) out[x] += c.sigma_t(local);
-      }
-    }
-  });
+  const auto [nx, ny, nz] = grid.size;
+  grid.sigma_t.resize(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny)
+                      * static_cast<std::size_t>(nz));
+  for_each_voxel(grid.size, grid.low - box_min, grid.high - box_min, threads,
+                 [&](std::size_t n, glm::dvec3 p) {
+                   const Vec3f local{static_cast<float>(p.x), static_cast<float>(p.y),
+                                     static_cast<float>(p.z)};
+                   for (const Component<AnyField>& c : prepared.components)
+                     grid.sigma_t[n] += c.sigma_t(local);
+                 });
 }
 
 }  // namespace
+
+void for_each_voxel(const std::array<int, 3>& size, glm::dvec3 low, glm::dvec3 high, int threads,
+                    const std::function<void(std::size_t n, glm::dvec3 p)>& at) {
+  const auto [nx, ny, nz] = size;
+  const auto width = static_cast<std::uint64_t>(nx), height = static_cast<std::uint64_t>(ny);
+  const glm::dvec3 step = (high - low) / glm::dvec3(nx, ny, nz);
+  parallel_for(
+      0, height * static_cast<std::uint64_t>(nz), 16, threads,
+      [&](std::uint64_t begin, std::uint64_t end) {
+        for (std::uint64_t row = begin; row < end; ++row) {
+          const auto y = static_cast<double>(row % height), z = static_cast<double>(row / height);
+          for (std::uint64_t x = 0; x < width; ++x)
+            at(row * width + x, low + step * (glm::dvec3(static_cast<double>(x), y, z) + 0.5));
+        }
+      });
+}
 
 void Refusals::add(const std::string& key, const std::string& why) {
   lines_ += fmt::format("{}{}: {}: {} {}", lines_.empty() ? "" : "\n", scene_, key, renderer_, why);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -62,6 +63,11 @@ struct OneMedium {
            && p.z < high.z;
   }
 };
+
+/// Calls at(n, p) for the voxels of a box, x fastest, where their middles are in world space; rows
+/// on `threads`.
+void for_each_voxel(const std::array<int, 3>& size, glm::dvec3 low, glm::dvec3 high, int threads,
+                    const std::function<void(std::size_t n, glm::dvec3 p)>& at);
 
 struct SampledAt {
   int voxels = default_voxels;  ///< along the longest side

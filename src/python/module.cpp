@@ -84,10 +84,7 @@ struct Work {
 /// What the command line would say: of the scene, and of the result what was not said of that.
 std::vector<std::string> all_warnings(const Work& work, const RenderResult& result) {
   std::vector<std::string> all = work.file.warnings;
-  for (const std::string& warning : result.warnings)
-    if (std::none_of(all.begin(), all.end(),
-                     [&](const std::string& said) { return said.ends_with(warning); }))
-      all.push_back(warning);
+  for (std::string& warning : io::unsaid_warnings(result, all)) all.push_back(std::move(warning));
   return all;
 }
 
