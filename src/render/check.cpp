@@ -11,6 +11,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include "render/phase.h"
 #include "render/scene_values.h"
 #include "tyndall/base/math.h"
 #include "tyndall/render/image.h"
@@ -473,6 +474,7 @@ class Checker {
                               "camera's paths cannot ask one by one: expected the integrator "
                               "\"photons\" without bounces (gather.bounces 0), and no ground",
                               kind));
+    if (!(open(0) && open(1) && open(2))) truncated(path, kind);
     bool inside = true, enters = false;
     for (int a = 0; a < 3; ++a) {
       const bool below =
@@ -486,6 +488,30 @@ class Checker {
             "outside the medium, and every side that faces it is periodic or a ground: its light "
             "cannot enter; move it inside or open a side");
     }
+  }
+
+  /// The illumination grid holds the light of this one from the first collision on.
+  void truncated(const std::string& path, const char* kind) {
+    double missing = 1;
+    for (const Component& c : scene_.medium.components) {
+      const auto* tabulated = std::get_if<TabulatedPhase>(&c.phase);
+      if (largest(c.albedo) == 0) continue;
+      if (tabulated
+          && (!tabulated->table || !phase_table_problem(*tabulated->table).message.empty()))
+        continue;
+      std::vector<std::vector<PhaseKnot>> tables;
+      const tyndall::Phase phase = prepare_phase(c.phase, highest_order, 1, tables);
+      const double series =
+          double{phase.moment(0)} + 3 * double{phase.moment(1)} + 5 * double{phase.moment(2)};
+      if (phase.is_split)
+        missing = std::max(missing, 4 * double{pi} * double{phase.evaluate(1.0f)} / series);
+    }
+    if (missing > 1.1)
+      warning(path, fmt::format("between periodic sides the light of a {} is read from the "
+                                "illumination grid alone, whose harmonics end at order 2: seen "
+                                "towards it, light scattered once is up to {:.3g} times too dark. "
+                                "Open the sides, or use a sun or an environment",
+                                kind, missing));
   }
 
   void light(const std::string& path, const DirectionalLight& l) {
@@ -655,8 +681,7 @@ class Checker {
     number("photons.count", scene_.photons, limits::photons);
     numbers("photons.illumination.resolution", scene_.illumination_resolution, 3,
             limits::illumination);
-    if (number("photons.illumination.order", scene_.illumination_order, limits::order))
-      illumination_order();
+    number("photons.illumination.order", scene_.illumination_order, limits::order);
     coarse_cells();
     number("gather.samples", scene_.samples, limits::samples);
     number("gather.bounces", scene_.bounces, limits::bounces);
@@ -664,20 +689,6 @@ class Checker {
     if (number("marching_step", scene_.marching_step, limits::marching_step)
         && scene_.marching_step > 0)
       marching();
-  }
-
-  /// A gather from too few coefficients would silently be that of another phase function.
-  void illumination_order() {
-    const int needed = needed_illumination_order(scene_);
-    if (scene_.illumination_order == -1 || scene_.illumination_order >= needed) return;
-    error("photons.illumination.order",
-          fmt::format(
-              "expected {} or more (or -1: the highest there is where it matters), since a "
-              "component scatters by {}, "
-              "got {}",
-              needed,
-              needed == 2 ? "rayleigh, two_lobes or a table" : "henyey_greenstein with g != 0",
-              scene_.illumination_order));
   }
 
   void marching() {

@@ -134,8 +134,8 @@ RenderResult develop(const Partial& part) {
   }
   if (result.clamped > 0) {
     result.warnings.push_back(fmt::format(
-        "{} of {} samples were brighter than {:.4g} and were cut: the picture is a "
-        "little too dark there",
+        "{} of {} samples were brighter than {:.4g} and were cut: the picture is "
+        "too dark there",
         result.clamped, frame.pixels() * result.samples.count(), Film::range * frame.film_unit));
   }
   return result;

@@ -439,6 +439,16 @@ void prepare_lights(const Scene& scene, const Box& box, int threads, const Stop&
   list.finish();
 }
 
+bool has_unsampled_lights(const Scene& scene) {
+  const auto is_placed = [](const scene::Light& light) {
+    return !std::holds_alternative<scene::DirectionalLight>(light)
+           && !std::holds_alternative<scene::EnvironmentLight>(light);
+  };
+  const auto& sides = scene.medium.sides;
+  return std::find(sides.begin(), sides.end(), scene::Side::periodic) != sides.end()
+         && std::any_of(scene.lights.begin(), scene.lights.end(), is_placed);
+}
+
 double brightness(const scene::Light& light, glm::dvec3 box_min, const Box& box) {
   const glm::dvec3 center = 0.5 * to_dvec3(box.extent);
   // Lit from about here; not nearer than a tenth of the box.

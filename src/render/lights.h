@@ -15,4 +15,8 @@ void prepare_lights(const Scene& scene, const Box& box, int threads, const Stop&
 /// 1024th of its own.
 double brightness(const scene::Light& light, glm::dvec3 box_min, const Box& box);
 
+/// Whether a light at a place lies between periodic sides: its images have no end, so paths cannot
+/// sample it, and the illumination grid holds its light from the first collision on.
+bool has_unsampled_lights(const Scene& scene);
+
 }  // namespace tyndall

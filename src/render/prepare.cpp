@@ -265,17 +265,30 @@ double brightest_source(const Component<AnyField>& c, const Box& box) {
                         in_field_space(c.emission->to_field, whole, extent));
 }
 
+/// [1/sr] the largest value of a phase function.
+float peak(const Phase& phase) {
+  float most = max(phase.evaluate(1.0f), phase.evaluate(-1.0f));
+  for (int i = 0; i < phase.knot_count; ++i) most = max(most, phase.knots[i].density);
+  return most;
+}
+
 /// A power of two near the radiance of the brightest things: the film's integers count 2^-24 of it,
-/// and its samples end at Film::range times it.
+/// and its samples end at Film::range times it. Where a phase function has a peak that would be cut
+/// there, seen towards a light, as much more as it takes.
 float film_unit(const Scene& scene, const std::vector<Component<AnyField>>& components,
                 const Box& box) {
-  double brightest = largest(scene.background);
-  for (const scene::Light& light : scene.lights)
-    brightest = std::max(brightest, brightness(light, scene.medium.box_min, box));
+  double brightest = largest(scene.background), light = 0;
+  for (const scene::Light& l : scene.lights)
+    light = std::max(light, brightness(l, scene.medium.box_min, box));
+  brightest = std::max(brightest, light);
+  float largest_peak = 0;
   for (const Component<AnyField>& c : components) {
     if (c.emission) brightest = std::max(brightest, brightest_source(c, box));
+    if (c.scatters()) largest_peak = max(largest_peak, peak(c.phase));
   }
   if (!(brightest > 0)) return 1.0f;
+  constexpr double margin = 4;  // of path weights, and of several scatterings in a sample
+  brightest = std::max(brightest, margin * light * double{largest_peak} / double{Film::range});
   int exponent = 0;
   std::frexp(brightest, &exponent);
   return static_cast<float>(std::ldexp(1.0, std::clamp(exponent, -80, 80)));
@@ -320,10 +333,17 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   const Box box = view(scene.medium);
   std::vector<Component<AnyField>> components;
   std::vector<float> majorants;
+  const int order = stored_illumination_order(scene);
+  // The camera's before it reads the grid, that where it does, and the photons' first one, unless
+  // the grid has all light.
+  const int scatterings =
+      scene.bounces + (scene.single_scattering == scene::SingleScattering::apart ? 2 : 1);
   out.emissions.reserve(scene.medium.components.size());
   for (const scene::Component& c : scene.medium.components) {
     components.push_back(view(c, scene.medium.box_min));
-    components.back().phase = prepare_phase(c.phase, out.phase_tables);
+    components.back().phase = prepare_phase(c.phase, order, scatterings, out.phase_tables);
+    // A path that goes on would miss their light.
+    if (has_unsampled_lights(scene)) components.back().phase.is_split = false;
     if (const auto emission = view_emission(c, scene.medium.box_min)) {
       out.emissions.push_back(*emission);
       components.back().emission = &out.emissions.back();
@@ -406,7 +426,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.cells = {cx,
                cy,
                cz,
-               stored_illumination_order(scene),
+               order,
                box,
                to_vec3f(glm::dvec3(cx, cy, cz) / extent),
                illumination_channels(out, box),

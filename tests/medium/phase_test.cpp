@@ -26,7 +26,7 @@ struct Case {
 Phase tabulated(const std::vector<double>& cosines, const std::vector<double>& values) {
   static std::vector<std::vector<PhaseKnot>> tables;  // of all tests, to their end
   const auto table = std::make_shared<const scene::PhaseTable>(scene::PhaseTable{cosines, values});
-  return prepare_phase(scene::TabulatedPhase{table}, tables);
+  return prepare_phase(scene::TabulatedPhase{table}, 2, 1, tables);
 }
 
 /// Mean cosine of a table, which is linear between its rows.
@@ -143,6 +143,79 @@ TEST(Phase, moments_match_quadrature) {
                 2e-5)
         << c.name;
   }
+}
+
+// The mean square of what a path's weight is multiplied by, which must not grow.
+double mean_square_of_rest(const Phase& phase) {
+  double sum = 0;
+  const int n = 200000;
+  for (int i = 0; i < n; ++i) {
+    const auto cosine = static_cast<float>((2 * i + 1.0) / n - 1);
+    const double whole = phase.evaluate(cosine), rest = whole - double{phase.smooth(cosine)};
+    if (whole > 0) sum += rest * rest / whole * 4 * exact_pi / n;
+  }
+  return sum;
+}
+
+TEST(PhaseSplit, leaves_paths_bounded_weights) {
+  for (Case c : cases()) {
+    for (const int order : {0, 1, 2}) {
+      split_phase(c.phase, order, 1);
+      if (!c.phase.is_split) continue;
+      const double square = mean_square_of_rest(c.phase);
+      EXPECT_LE(square, 1.0 + 1e-4) << c.name << ", order " << order;
+      EXPECT_NEAR(square, 1 - double{c.phase.smooth_0}, 2e-3) << c.name << ", order " << order;
+      EXPECT_GE(c.phase.smooth_0, 0) << c.name << ", order " << order;
+      if (order < 2) {
+        EXPECT_EQ(c.phase.smooth_2, 0) << c.name;
+      }
+      if (order < 1) {
+        EXPECT_EQ(c.phase.smooth_1, 0) << c.name;
+      }
+    }
+  }
+}
+
+TEST(PhaseSplit, is_the_cheapest) {
+  for (Case c : cases()) {
+    split_phase(c.phase, 2, 1);
+    if (!c.phase.is_split || c.phase.smooth_0 == 0) continue;
+    const double least = mean_square_of_rest(c.phase);
+    for (float Phase::*const coefficient : {&Phase::smooth_0, &Phase::smooth_1, &Phase::smooth_2}) {
+      for (const float factor : {0.9f, 1.1f}) {
+        Phase other = c.phase;
+        other.*coefficient = factor * other.*coefficient + 0.001f;
+        EXPECT_GT(mean_square_of_rest(other), least) << c.name;
+      }
+    }
+  }
+}
+
+TEST(PhaseSplit, is_left_out_where_the_grid_lacks_little) {
+  const auto is_split = [](Phase phase, int order, int scatterings) {
+    split_phase(phase, order, scatterings);
+    return phase.is_split;
+  };
+  const auto lobe = [](float g) { return Phase{Phase::Kind::henyey_greenstein, g}; };
+  for (const int order : {0, 1, 2}) EXPECT_FALSE(is_split({}, order, 1)) << order;
+  EXPECT_FALSE(is_split({Phase::Kind::rayleigh}, 2, 1));
+  EXPECT_TRUE(is_split({Phase::Kind::rayleigh}, 1, 1));
+  EXPECT_FALSE(is_split(lobe(0.5f), 2, 3)) << "one bounce";
+  EXPECT_TRUE(is_split(lobe(0.5f), 2, 2)) << "no bounce";
+  EXPECT_TRUE(is_split(lobe(0.5f), 1, 3));
+  for (const float g : {0.7f, 0.85f, 0.95f, -0.7f, -0.9f})
+    EXPECT_TRUE(is_split(lobe(g), 2, 3)) << g;
+  EXPECT_FALSE(is_split(lobe(0.7f), 2, 6));
+  EXPECT_TRUE(is_split(two_lobes(0.9f, -0.2f, 0.5f), 2, 3));
+}
+
+// Directions that the phase function never takes could not make up for what was read there.
+TEST(PhaseSplit, reads_nothing_where_the_phase_function_has_gaps) {
+  const Phase gap = tabulated({-1, -0.5, 0, 1}, {0, 0, 1, 3});
+  EXPECT_TRUE(gap.is_split);
+  EXPECT_EQ(gap.smooth_0, 0);
+  EXPECT_EQ(gap.smooth_1, 0);
+  EXPECT_EQ(gap.smooth_2, 0);
 }
 
 TEST(Phase, cosines_are_within_minus_1_and_1_and_monotone) {

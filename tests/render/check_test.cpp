@@ -77,13 +77,31 @@ TEST(Check, KnowsTheOrderThatPhaseFunctionsNeed) {
   EXPECT_EQ(needed_illumination_order(scene), 2);
   scene.medium.components[0].albedo = glm::dvec3(0.0);  // scatters nothing
   EXPECT_EQ(needed_illumination_order(scene), 0);
-  for (const int order : {-1, 2}) {
+  for (const int order : {-1, 0, 1, 2}) {  // paths go on for what a low order lacks
     scene = good();
     scene.illumination_order = order;
     EXPECT_EQ(errors(scene), "");
   }
-  scene.illumination_order = 0;
-  EXPECT_EQ(errors(scene), "photons.illumination.order");
+}
+
+// Paths cannot sample such a light, nor go on for what the harmonics lack of it.
+TEST(Check, WarnsOfPeaksThatReadUnsampledLights) {
+  Scene scene = good();
+  scene.bounces = 0;
+  scene.medium.sides[1] = Side::periodic;
+  scene.lights = {PointLight{{0.5, 0.5, 0.5}, glm::dvec3(1)}};
+  const auto warnings = [&](double g) {
+    scene.medium.components[0].phase = HenyeyGreensteinPhase{g};
+    std::string all;
+    for (const Problem& p : check(scene).warnings) all += p.path + ": " + p.message + "\n";
+    return all;
+  };
+  EXPECT_EQ(warnings(0.1), "");
+  // 1.85 / 0.15^2 over 1 + 3 g + 5 g^2
+  EXPECT_NE(warnings(0.85).find("lights[0]: between periodic sides"), std::string::npos);
+  EXPECT_NE(warnings(0.85).find("up to 11.5 times too dark"), std::string::npos) << warnings(0.85);
+  scene.medium.sides[1] = Side::open;
+  EXPECT_EQ(warnings(0.85), "");
 }
 
 TEST(Check, LightMustBeAbleToEnterAndToEnd) {

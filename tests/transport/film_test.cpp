@@ -55,7 +55,7 @@ TEST(Film, parts_and_groups_add_up_bit_for_bit) {
     SampleSum sample;
     for (int k = 0; k < 5; ++k) {
       const float x = std::ldexp(static_cast<float>(engine() >> 40) * 0x1p-24f,
-                                 static_cast<int>(engine() % 36) - 23);
+                                 static_cast<int>(engine() % 42) - 23);
       pixels.film.add(0, {x, 0.3f * x, 0.7f * x}, static_cast<Part>(1 + engine() % 3),
                       static_cast<int>(engine() % 2), sample);
     }
@@ -68,7 +68,7 @@ TEST(Film, parts_and_groups_add_up_bit_for_bit) {
     EXPECT_EQ(t.sum[c], pixels.groups[c] + pixels.groups[3 + c]);
   }
   EXPECT_GT(pixels.clamped, 0);
-  EXPECT_LE(t.sum[0], 1000 * (std::int64_t{4096} << 24));
+  EXPECT_LE(t.sum[0], 1000 * (static_cast<std::int64_t>(Film::range) << 24));
 }
 
 TEST(Film, keeps_what_is_not_scattered_out_of_the_parts) {
@@ -98,19 +98,20 @@ TEST(Film, clamps_and_counts_what_is_beyond_its_range) {
   pixels.add(0, {std::nextafter(most, infinity), 0, 0});
   pixels.add(0, {0, infinity, infinity});
   EXPECT_EQ(pixels.clamped, 2) << "samples, not channels";
-  EXPECT_EQ(pixels.tallies[0].sum[0], 2 * std::int64_t{4096} << 24);
-  EXPECT_EQ(pixels.tallies[0].sum[1], std::int64_t{4096} << 24);
+  EXPECT_EQ(pixels.tallies[0].sum[0], 2 * static_cast<std::int64_t>(Film::range) << 24);
+  EXPECT_EQ(pixels.tallies[0].sum[1], static_cast<std::int64_t>(Film::range) << 24);
   pixels.add(0, {-1, 0, 0});
-  EXPECT_EQ(pixels.tallies[0].sum[0], (2 * std::int64_t{4096} << 24) - (1 << 23))
+  EXPECT_EQ(pixels.tallies[0].sum[0],
+            (2 * static_cast<std::int64_t>(Film::range) << 24) - (1 << 23))
       << "noise may dip below 0";
   pixels.add(0, {nan, 0, 0});
   EXPECT_EQ(pixels.clamped, 3);
   EXPECT_GE(pixels.tallies[0].sum[0], 0);
-  EXPECT_LE(pixels.tallies[0].sum[0], 3 * (std::int64_t{4096} << 24));
+  EXPECT_LE(pixels.tallies[0].sum[0], 3 * (static_cast<std::int64_t>(Film::range) << 24));
   SampleSum two;  // the sum of a sample's light is what is cut
   for (int i = 0; i < 2; ++i) pixels.film.add(0, {0.75f * most, 0, 0}, Part::single, 0, two);
   EXPECT_TRUE(two.cut);
-  EXPECT_EQ(two.rgb[0], std::int64_t{4096} << 24);
+  EXPECT_EQ(two.rgb[0], static_cast<std::int64_t>(Film::range) << 24);
 }
 
 TEST(Film, order_of_samples_does_not_matter) {

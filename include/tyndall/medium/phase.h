@@ -26,6 +26,11 @@ struct Phase {
   float weight = 1.0f;  ///< of the first of two lobes
   const PhaseKnot* knots = nullptr;  ///< tabulated
   int knot_count = 0;
+  /// Whether paths go on for what the illumination grid lacks: see split_phase(). If so, the smooth
+  /// part of this phase function, sum (2l + 1) smooth_l P_l(cosine) / 4 pi up to the order of the
+  /// grid, is left to the grid.
+  bool is_split = false;
+  float smooth_0 = 0.0f, smooth_1 = 0.0f, smooth_2 = 0.0f;
 
   /// [1/sr]
   TYN_HD float evaluate(float cosine) const {
@@ -108,6 +113,13 @@ struct Phase {
         return l == 0 ? 1.0f : (l == 1 ? g : g2);
     }
     return l == 0 ? 1.0f : 0.0f;
+  }
+
+  /// The smooth part [1/sr]; it may be negative.
+  TYN_HD float smooth(float cosine) const {
+    return 0.25f / pi
+           * (smooth_0 + 3.0f * smooth_1 * cosine
+              + 5.0f * smooth_2 * (1.5f * cosine * cosine - 0.5f));
   }
 
   /// See DenseGrid::relocate.

@@ -48,7 +48,8 @@ struct Film {
   std::int64_t* groups = nullptr;   ///< [pixels][group_count][3] light of each group, or null
   int group_count = 0;
 
-  static constexpr float range = 4096.0f;  ///< largest radiance of a sample, in units
+  static constexpr float range = 262144.0f;  ///< largest radiance of a sample, in units; its
+                                             ///< negative is the smallest
 
   TYN_HD std::uint64_t pixel_count() const {
     return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
@@ -68,10 +69,14 @@ struct Film {
     for (int c = 0; c < 3; ++c) {
       constexpr std::int64_t most = static_cast<std::int64_t>(range) << 24;
       const bool is_within = abs(value[c]) <= range;
-      std::int64_t v = is_within ? to_units(value[c]) : value[c] > 0.0f ? most : 0;
-      const bool is_much = sample.rgb[c] + v > most;
+      std::int64_t v = is_within         ? to_units(value[c])
+                       : value[c] > 0.0f ? most
+                       : value[c] < 0.0f ? -most
+                                         : 0;
+      const bool is_much = sample.rgb[c] + v > most, is_little = sample.rgb[c] + v < -most;
       if (is_much) v = most - sample.rgb[c];
-      sample.cut = sample.cut || is_much || !is_within;
+      if (is_little) v = -most - sample.rgb[c];
+      sample.cut = sample.cut || is_much || is_little || !is_within;
       if (v == 0) continue;
       sample.rgb[c] += v;
       if (of_group) deposit(of_group[c], v);

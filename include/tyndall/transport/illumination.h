@@ -129,12 +129,32 @@ struct IlluminationField {
 
   /// Light of a group scattered towards `towards` by matter of `phase` at `spot`, per unit albedo:
   /// the integral of phase function times radiance over the directions it comes from
-  /// [W/(area sr)].
+  /// [W/(area sr)], of the harmonics that the grid holds.
   TYN_HD Vec3f scattered_at(const Spot& spot, Vec3f towards, const Phase& phase, int group) const {
+    return sum_of_harmonics(spot, towards, phase.moment(0), phase.moment(1), phase.moment(2),
+                            group);
+  }
+
+  /// Radiance of a group that travels along `direction` at `spot` [W/(area sr)], of the harmonics
+  /// that the grid holds.
+  TYN_HD Vec3f radiance_at(const Spot& spot, Vec3f direction, int group) const {
+    return sum_of_harmonics(spot, direction, 1.0f, 1.0f, 1.0f, group);
+  }
+
+  TYN_HD Vec3f scattered(Vec3f p, Vec3f towards, const Phase& phase) const {
+    return scattered_at(spot(p), towards, phase, 0);
+  }
+
+ private:
+  /// A truncated series, and the noise of one with few photons, may dip below 0. So it stays: cut
+  /// off, the mean would be too bright where it is dark. \param c0, c1, c2 factors of each order
+  TYN_HD Vec3f sum_of_harmonics(const Spot& spot, Vec3f direction, float c0, float c1, float c2,
+                                int group) const {
     if (!(spot.matter > 0.0f)) return {0, 0, 0};
     Vec3f sum{0, 0, 0};
     for (int i = 0; i < harmonics(cells.order); ++i) {
-      const float share = phase.moment(order_of_harmonic(i)) * harmonic(i, towards);
+      const int order = order_of_harmonic(i);
+      const float share = (order == 0 ? c0 : (order == 1 ? c1 : c2)) * harmonic(i, direction);
       const int at = group * cells.group_moments() + i * cells.channels;
       Vec3f moment{0, 0, 0};
       for (int c = 0; c < 8; ++c) {
@@ -145,15 +165,9 @@ struct IlluminationField {
       }
       sum = sum + share * moment;
     }
-    // A truncated series, and the noise of one with few photons, may dip below 0. So it stays: cut
-    // off, the mean would be too bright where it is dark.
     return (1.0f / spot.matter) * sum;
   }
-  TYN_HD Vec3f scattered(Vec3f p, Vec3f towards, const Phase& phase) const {
-    return scattered_at(spot(p), towards, phase, 0);
-  }
 
- private:
   struct Corner {
     int low, high;
     float weight;  // of the high one

@@ -323,11 +323,13 @@ struct Sight {
   SampleSum sum;
   Vec3f albedo{0, 0, 0};  ///< of what it met first
   Vec3f throughput{1, 1, 1};
-  int collisions = 0;         ///< with matter that scatters, or with a ground
-  bool hit = false;           ///< met matter or a ground
-  bool ends = false;          ///< at its next collision, of which it takes nothing
-  bool takes_lights = false;  ///< of those that its flight meets
-  float pdf = 0;              ///< of the direction it scattered into [1/sr]
+  int collisions = 0;        ///< with matter that scatters, or with a ground
+  bool hit = false;          ///< met matter or a ground
+  bool is_negative = false;  ///< the sign of `throughput`
+  float rest = 1;  ///< factor of the throughput from the next collision on: 1, or the part of the
+                   ///< phase function that was not read from the grid over the phase function; 0:
+                   ///< the path ends there
+  float pdf = 0;   ///< of the direction it scattered into [1/sr]
 
   // A shadow walk, and what comes after it:
   bool in_shadow_walk = false;
@@ -340,10 +342,12 @@ struct Sight {
 
 /// Gathers a sample of a pixel, all of one pixel's before the next one's, since their rays meet the
 /// same matter, which a cache then has at hand: a path from the camera. At each of its
-/// collisions it adds what the matter emits and, by a shadow walk, what a light sends there; after
-/// some scatterings it reads the illumination grid for the rest, and ends. Without a grid and an
-/// end it is a path tracer. Lights that rays meet are found both ways, by asking them and by
-/// chance, weighted by the balance heuristic [Veach1997].
+/// collisions it adds what the matter emits and, by a shadow walk, what a light sends there. From
+/// the scattering number `bounces` on, the light that was scattered before is split: the smooth
+/// part of the phase function is integrated with the illumination grid, whose harmonics hold all of
+/// it, and the path goes on for the rest, P - P_smooth, of either sign. Without a grid it is a path
+/// tracer. Lights that rays meet are found both ways, by asking them and by phase-function
+/// sampling, weighted by the balance heuristic [Veach1997].
 template <class Medium, class Sampler>
 struct GatherPass {
   Medium medium;
@@ -352,7 +356,7 @@ struct GatherPass {
   IlluminationField illumination;  ///< numerator: null for none
   DirectLights lights;
   Vec3f background;  ///< [W/(area sr)] that the camera sees where nothing else is
-  int bounces;       ///< before the grid is read
+  int bounces;       ///< scatterings before the grid is read
   bool is_apart;     ///< the grid lacks light of `lights` that is scattered once
   std::uint64_t seed;
   SampleRange samples;
@@ -418,30 +422,35 @@ struct GatherPass {
     const auto& component = medium.component(flight.component);
     const Vec3f p = path.ray.origin, direction = path.ray.direction;
     if (lights.any_met()) see_lights(sight, direction, length(p - sight.onward.origin));
-    if (sight.ends) return false;
+    if (!take_rest(sight)) return false;
     if (!sight.hit) sight.albedo = component.albedo;
     sight.hit = true;
     if (component.emission)
       add(sight, sight.throughput * component.emitted(p),
           sight.collisions == 0 ? Part::emission : Part::multiple, film.group_count - 2);
     if (!component.scatters()) return false;
-    const bool is_last = illumination.numerator && sight.collisions >= bounces;
+    const Phase& phase = component.phase;
+    const bool reads = illumination.numerator && sight.collisions >= bounces;
     const Vec3f scattered = sight.throughput * component.albedo;
     ++sight.collisions;
-    if (is_last) read_grid(sight, p, direction, scattered, component);
-    const bool takes_lights = is_apart || !is_last;
+    if (reads) read_grid(sight, p, direction, scattered, phase);
     sight.throughput = scatter(sight.throughput, component.albedo, random, path.event).weight;
-    sight.ends = is_last;
-    sight.takes_lights = takes_lights;
-    sight.stops =
-        !(largest(sight.throughput) > 0.0f) || (is_last && !(takes_lights && lights.any_met()));
-    sight.onward = {p, component.phase.sample(direction, uniform_symmetric(path.drawn.c),
-                                              uniform_symmetric(path.drawn.d))};
-    sight.pdf = component.phase.pdf(dot(direction, sight.onward.direction));
+    sight.onward = {p, phase.sample(direction, uniform_symmetric(path.drawn.c),
+                                    uniform_symmetric(path.drawn.d))};
     sight.tau = path.tau;
+    const float cosine = dot(direction, sight.onward.direction);
+    sight.pdf = phase.pdf(cosine);
+    sight.rest = reads ? rest_of(phase, cosine, sight.pdf, random, path.event) : 1.0f;
+    if (reads && sight.rest != 0.0f) take_back(sight);
+    // Where the grid lacks the light that comes straight from the lights, this collision takes it
+    // by the whole phase function, else by the rest of it.
+    const bool takes_lights = !reads || is_apart || phase.is_split;
+    sight.stops = !(largest(sight.throughput) > 0.0f)
+                  || (sight.rest == 0.0f && !(is_apart && lights.any_met()));
     if (!takes_lights || !lights.any_asked()) return resume(sight, path);
     return ask_light(sight, scattered, random, path, [&](Vec3f to_light) {
-      return component.phase.evaluate(dot(direction, to_light));
+      const float towards = dot(direction, to_light), whole = phase.evaluate(towards);
+      return Weighed{is_apart || !reads ? whole : whole - phase.smooth(towards), whole};
     });
   }
 
@@ -462,7 +471,7 @@ struct GatherPass {
     const Box& box = medium.whole.box;
     const Vec3f albedo = box.ground_albedo[face], normal = inward_normal(face);
     see_lights(sight, path.ray.direction, distance_to_ground(sight, path));
-    if (sight.ends) return false;  // what it reflects is in the grid
+    if (!take_rest(sight)) return false;
     if (!sight.hit) sight.albedo = albedo;
     sight.hit = true;
     if (!(largest(albedo) > 0.0f)) return false;
@@ -470,28 +479,54 @@ struct GatherPass {
     reflect(box, face, random, path);
     const Vec3f reflected = sight.throughput * albedo;
     sight.throughput = scatter(sight.throughput, albedo, random, path.event).weight;
-    sight.takes_lights = true;
+    sight.rest = 1.0f;
     sight.stops = !(largest(sight.throughput) > 0.0f);
     sight.onward = path.ray;
     sight.pdf = (1.0f / pi) * dot(normal, path.ray.direction);
     sight.tau = path.tau;
     if (!lights.any_asked()) return resume(sight, path);
-    return ask_light(sight, reflected, random, path,
-                     [&](Vec3f to_light) { return (1.0f / pi) * dot(normal, to_light); });
+    return ask_light(sight, reflected, random, path, [&](Vec3f to_light) {
+      const float density = (1.0f / pi) * dot(normal, to_light);
+      return Weighed{density, density};
+    });
   }
 
-  /// Sets out for a light from where `path` starts. \param value (direction to the light) -> share
-  /// of `scattered` that goes from there to the camera [1/sr], as the density of `sight.onward`;
-  /// below 0: there is none to ask
-  template <class Value>
+  /// \return the part of `phase` that the grid does not integrate over all of it at `cosine`, of
+  /// either sign: P_rest / P, by Russian roulette 0 or at least 1 in magnitude. The directions are
+  /// those of P, so its mean square is below 1, and the weights of paths stay bounded.
+  TYN_HD static float rest_of(const Phase& phase, float cosine, float density,
+                              const RandomStream& random, std::uint32_t event) {
+    if (!phase.is_split) return 0.0f;
+    const float rest = 1.0f - divide(phase.smooth(cosine), max(density, 1e-30f));
+    if (abs(rest) >= 1.0f) return rest;
+    if (uniform(random.block(event, Purpose::scatter).b) >= abs(rest)) return 0.0f;
+    return rest < 0.0f ? -1.0f : 1.0f;
+  }
+
+  /// The path's next scattering, or its end. \return false where it ends.
+  TYN_HD static bool take_rest(Sight& sight) {
+    sight.throughput = abs(sight.rest) * sight.throughput;
+    sight.is_negative = sight.is_negative != (sight.rest < 0.0f);
+    return sight.rest != 0.0f;
+  }
+
+  /// A scattering function at a direction.
+  struct Weighed {
+    float value;    ///< fraction of the light that goes from there to the camera [1/sr]
+    float density;  ///< of `sight.onward` there [1/sr]; below 0: no light comes from there
+  };
+
+  /// Sets out for a light from where `path` starts. \param weigh (direction to the light) ->
+  /// Weighed
+  template <class Weigh>
   TYN_HD bool ask_light(Sight& sight, Vec3f scattered, const RandomStream& random, Path& path,
-                        Value&& value) const {
+                        Weigh&& weigh) const {
     const RandomBlock drawn = random.block(path.event, Purpose::light);
     const LightSample light = lights.sample(path.ray.origin, drawn);
-    const float density = value(light.direction);
-    if (density < 0.0f) return resume(sight, path);
-    const float share = light.pdf > 0.0f ? light.pdf / (light.pdf + density) : 1.0f;
-    sight.direct = (share * density) * (scattered * light.irradiance);
+    const Weighed f = weigh(light.direction);
+    if (f.density < 0.0f) return resume(sight, path);
+    const float share = light.pdf > 0.0f ? light.pdf / (light.pdf + f.density) : 1.0f;
+    sight.direct = (share * f.value) * (scattered * light.irradiance);
     sight.group = light.group;
     sight.in_shadow_walk = true;
     path.ray.direction = light.direction;
@@ -509,16 +544,17 @@ struct GatherPass {
   }
 
   TYN_HD void add(Sight& sight, Vec3f radiance, Part part, int group) const {
-    film.add(sight.pixel, radiance, part, group, sight.sum);
+    film.add(sight.pixel, sight.is_negative ? -1.0f * radiance : radiance, part, group, sight.sum);
   }
 
   /// Lights on the way of a flight from `sight.onward.origin`, `distance` long.
   TYN_HD void see_lights(Sight& sight, Vec3f direction, float distance) const {
-    if (sight.collisions > 0 && !sight.takes_lights) return;  // they are in the grid
+    // The grid may have them as far as the smooth part goes.
+    const float rest = is_apart ? 1.0f : sight.rest;
     lights.meet(sight.onward.origin, direction, distance,
                 [&](Vec3f radiance, float pdf, int group) {
                   const float share = sight.collisions == 0 ? 1.0f : sight.pdf / (sight.pdf + pdf);
-                  add(sight, share * (sight.throughput * radiance),
+                  add(sight, (rest * share) * (sight.throughput * radiance),
                       sight.collisions == 0   ? Part::unscattered
                       : sight.collisions == 1 ? Part::single
                                               : Part::multiple,
@@ -526,17 +562,26 @@ struct GatherPass {
                 });
   }
 
+  /// The path goes on in place of what was read of the grid's light from there.
+  TYN_HD void take_back(Sight& sight) const {
+    const IlluminationField::Spot spot = illumination.spot(sight.onward.origin);
+    for (int group = 0; group < illumination.cells.groups; ++group) {
+      add(sight,
+          (-sight.rest * sight.throughput)
+              * illumination.radiance_at(spot, -1.0f * sight.onward.direction, group),
+          Part::multiple, group);
+    }
+  }
+
   TYN_HD void see_background(Sight& sight) const {
     add(sight, background, Part::unscattered, film.group_count - 1);
   }
 
-  template <class Component>
   TYN_HD void read_grid(Sight& sight, Vec3f p, Vec3f direction, Vec3f scattered,
-                        const Component& component) const {
+                        const Phase& phase) const {
     const IlluminationField::Spot spot = illumination.spot(p);
     for (int group = 0; group < illumination.cells.groups; ++group) {
-      add(sight,
-          scattered * illumination.scattered_at(spot, -1.0f * direction, component.phase, group),
+      add(sight, scattered * illumination.scattered_at(spot, -1.0f * direction, phase, group),
           Part::multiple, group);
     }
   }
