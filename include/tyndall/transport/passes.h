@@ -515,15 +515,18 @@ struct GatherPass {
   /// Lights on the way of a flight from `sight.onward.origin`, `distance` long.
   TYN_HD void see_lights(Sight& sight, Vec3f direction, float distance) const {
     if (sight.collisions > 0 && !sight.takes_lights) return;  // they are in the grid
-    lights.meet(sight.onward.origin, direction, distance,
-                [&](Vec3f radiance, float pdf, int group) {
-                  const float share = sight.collisions == 0 ? 1.0f : sight.pdf / (sight.pdf + pdf);
-                  add(sight, share * (sight.throughput * radiance),
-                      sight.collisions == 0   ? Part::unscattered
-                      : sight.collisions == 1 ? Part::single
-                                              : Part::multiple,
-                      group);
-                });
+    const float before = sight.collisions == 0 ? camera.before(direction) : 0.0f;
+    lights.meet(
+        sight.onward.origin, direction, distance,
+        [&](Vec3f radiance, float pdf, int group) {
+          const float share = sight.collisions == 0 ? 1.0f : sight.pdf / (sight.pdf + pdf);
+          add(sight, share * (sight.throughput * radiance),
+              sight.collisions == 0   ? Part::unscattered
+              : sight.collisions == 1 ? Part::single
+                                      : Part::multiple,
+              group);
+        },
+        before);
   }
 
   TYN_HD void see_background(Sight& sight) const {
