@@ -7,6 +7,7 @@
 
 #include <glm/geometric.hpp>
 
+#include "render/camera.h"
 #include "support/scenes.h"
 #include "tyndall/transport/camera.h"
 
@@ -62,7 +63,7 @@ Line exact(const scene::Camera& c, const Camera& drawn, const RandomStream& rand
             std::sin(latitude) * (-std::cos(longitude) * forward - std::sin(longitude) * right)
                 + std::cos(latitude) * up};
   }
-  const double tangent = std::tan(c.fov / 360 * 3.14159265358979323846);
+  const double tangent = half_tangent(c);  // in its own rounding
   const glm::dvec3 middle = forward + tangent * (x * right + y * up);
   if (c.aperture_radius == 0) return {c.position, glm::normalize(middle)};
   const RandomBlock aim = random.block(0, Purpose::aim);
