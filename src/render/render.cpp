@@ -182,7 +182,8 @@ class Renderer::Work {
   bool run() {
     try {
       run_all();
-      return is_done();
+      is_left_ = !is_done();
+      return !is_left_;
     } catch (...) {  // in the midst of a batch, whose tallies are no whole ones
       is_broken_ = true;
       throw;
@@ -202,21 +203,7 @@ class Renderer::Work {
     flush();
     RenderResult result = develop(part_);
     result.seconds = seconds();
-    const double before = seconds_.bounds + seconds_.matter;
-    if (options_.time_limit > 0 && before > options_.time_limit / 2) {
-      result.warnings.push_back(fmt::format(
-          "of the {:.3g} s that were allowed, bounds took {:.2g} s and matter {:.2g} s, "
-          "before the first photon; allow more, or lower "
-          "photons.illumination.resolution",
-          options_.time_limit, seconds_.bounds, seconds_.matter));
-    }
-    if (options_.time_limit > 0 && has_picture() && result.replicates < 2
-        && part_.frame.replicates > 1) {
-      result.warnings.push_back(fmt::format(
-          "in {:.3g} s only one of {} replicates got samples: nothing tells how noisy the picture "
-          "is, and it has no variance; allow more",
-          options_.time_limit, part_.frame.replicates));
-    }
+    warn_of_time(result);
     return result;
   }
 
@@ -277,6 +264,7 @@ class Renderer::Work {
       result.warnings.push_back("there was no time for a sample of every pixel: some are black");
     }
     result.seconds = this->seconds();
+    warn_of_time(result);
     return result;
   }
 
@@ -294,6 +282,24 @@ class Renderer::Work {
     backend_.load(prepared_, options_.stop,
                   [this] { return Clock::now() > deadline_ || (!is_hurried_ && pauses()); });
     part_.frame = frame_of(scene, prepared_, warnings_);
+  }
+
+  /// What a limit of time has cost, once it has ended the render.
+  void warn_of_time(RenderResult& result) const {
+    if (!is_left_ || options_.time_limit == 0) return;
+    if (seconds_.bounds + seconds_.matter > options_.time_limit / 2) {
+      result.warnings.push_back(fmt::format(
+          "of the {:.3g} s that were allowed, bounds took {:.2g} s and matter {:.2g} s, "
+          "before the first photon; allow more, or lower "
+          "photons.illumination.resolution",
+          options_.time_limit, seconds_.bounds, seconds_.matter));
+    }
+    if (!shoots_only() && result.replicates < 2 && part_.frame.replicates > 1) {
+      result.warnings.push_back(fmt::format(
+          "in {:.3g} s only one of {} replicates got samples: nothing tells how noisy the picture "
+          "is, and it has no variance; allow more",
+          options_.time_limit, part_.frame.replicates));
+    }
   }
 
   // ---- What is to be done.
@@ -737,6 +743,7 @@ class Renderer::Work {
   Ranges fresh_photons_;                    // since the last flush
   std::uint64_t fresh_pixels_ = 0, fresh_cells_ = 0, fresh_depths_ = 0;  // done, flushed or not
   bool is_broken_ = false;               // the backend's tallies since the last flush
+  bool is_left_ = false;                 // run() has ended before all was done
   Clock::time_point deadline_{};         // of the batch under way
   bool is_hurried_ = false;              // no pause for the pause that was asked for
   int taken_ = -1;                       // whose light is all that was taken last
