@@ -217,6 +217,29 @@ TEST(FarCamera, a_ball_is_a_round_disc_from_any_distance) {
   }
 }
 
+// Those that cannot meet the medium are not gathered where nothing else shines.
+TEST(FarCamera, pixels_that_are_left_out_meet_nothing) {
+  Scene scene = furnace({component(scene::Solid{scene::Sphere{glm::dvec3(0.5), 0.5}}, 1000, 0.5)});
+  scene.lights = {scene::PointLight{{2, 2, 2}, glm::dvec3(1)}};
+  scene.integrator = scene::Integrator::path;
+  scene.samples = 4;
+  const auto backend = make_cpu_backend();
+  for (const glm::dvec3 direction : directions) {
+    for (const bool orthographic : {false, true}) {
+      scene.camera = distant(direction, 1e8, 4);
+      if (orthographic) scene.camera.projection = scene::Projection::orthographic;
+      scene.background = glm::dvec3(1);
+      const double all = mean_of_picture(render(scene, *backend), 3);
+      scene.background = glm::dvec3(0);
+      const PreparedScene ready = prepare(scene, 1);
+      EXPECT_LT(ready.pixels_to_gather(), ready.pixels() / 2);
+      EXPECT_GT(ready.pixels_to_gather(), ready.pixels() / 32);
+      EXPECT_EQ(mean_of_picture(render(scene, *backend), 3), all);
+      EXPECT_GT(all, 0.05);
+    }
+  }
+}
+
 // A layer without end: whichever of its periods one sees, and from within.
 TEST(FarCamera, a_layer_is_as_deep_from_any_distance) {
   Scene scene = furnace({component(scene::Solid{}, 1.5, 0)});
