@@ -259,7 +259,7 @@ int run(int argc, char** argv) {
   render->add_flag("--resume", arguments.resume, "Goes on from the checkpoint, where it is there");
   render
       ->add_option("--time-limit", arguments.time_limit,
-                   "Ends the render after 90s, 5m or 1h with the picture so far (exit code 8)")
+                   "Ends the render after 90s, 5m or 1h with the picture so far")
       ->type_name("TIME")
       ->transform(duration(false));
   render

@@ -82,7 +82,8 @@ std::string man_page(const CLI::App& app, const std::string& examples) {
       ".SH EXIT STATUS\n0 done, 1 an internal error, 2 a wrong command line, 3 a wrong scene, 4 an "
       "input that is missing or damaged, 5 an output that cannot be written, 6 too little memory, "
       "7 "
-      "no usable GPU, 8 a limit was reached, 128 + N ended by signal N.\n";
+      "no usable GPU, 8 a limit of time that left no time for a picture, 128 + N ended by signal "
+      "N.\n";
   return page;
 }
 

@@ -81,6 +81,22 @@ int lights_kept(const Scene& scene, const RenderArguments& arguments) {
   return std::max(lights, 1);
 }
 
+/// \return of how many replicates the light may be held, so that a limit can end the render after
+/// any samples.
+int lights_at_once(const Scene& scene, const RenderArguments& arguments) {
+  const bool is_limited = arguments.noise > 0 || arguments.time_limit > 0;
+  if (!is_limited || (arguments.photons && !arguments.samples)) return 1;
+  if (scene.integrator == scene::Integrator::path) return most_replicates;
+  int lights = most_replicates;
+  while (lights > 1 && !memory_shortage(scene, lights).empty()) --lights;
+  if (lights == 1) {
+    warn(
+        "the light of two replicates does not fit into memory: they are done one after the other, "
+        "and a limit ends the render late; lower photons.illumination.resolution");
+  }
+  return lights;
+}
+
 // ---- One run. ----
 
 /// What is asked of a render while it runs: to be stopped, looked at, written down.
@@ -92,7 +108,7 @@ class Watch {
       display_.emplace(arguments.display, fs::path(arguments.scene).filename().string());
   }
 
-  RenderOptions options() {
+  RenderOptions options(const Scene& scene) {
     RenderOptions options = interruptible(meter_);
     options.batch = arguments_.batch;
     options.photons = arguments_.photons;
@@ -103,6 +119,7 @@ class Watch {
     }
     options.allow_gaps = arguments_.allow_gaps;
     options.time_limit = arguments_.time_limit;
+    options.most_lights = lights_at_once(scene, arguments_);
     options.go_on = [this](Renderer& renderer, Moment moment) { return go_on(renderer, moment); };
     return options;
   }
@@ -119,6 +136,12 @@ class Watch {
   }
 
   void clear() { meter_.clear(); }
+
+  /// \return which limit has ended a render that is not done.
+  std::string limit() const {
+    return is_quiet_ ? fmt::format("--noise {}", arguments_.noise)
+                     : fmt::format("--time-limit {}s", arguments_.time_limit);
+  }
 
   /// To those who look on: the picture that was written.
   void show_last(Renderer& renderer, const RenderResult& result) {
@@ -144,9 +167,11 @@ class Watch {
       }
     }
     if (renderer.has_picture()) look(renderer);
-    if (moment == Moment::replicate && arguments_.noise > 0
-        && relative_noise(renderer.part()) <= arguments_.noise)
+    if (moment == Moment::round && arguments_.noise > 0
+        && is_noise_below(renderer.part(), arguments_.noise)) {
+      is_quiet_ = true;
       return false;
+    }
     const double age = std::chrono::duration<double>(Clock::now() - written_).count();
     if (!arguments_.checkpoint.empty() && age >= arguments_.checkpoint_every) {
       try {
@@ -198,6 +223,7 @@ class Watch {
   std::chrono::steady_clock::time_point display_next_{}, preview_next_{};
   ProgressMeter meter_;
   Clock::time_point written_ = Clock::now();
+  bool is_quiet_ = false;  // --noise has ended it
 };
 
 /// Takes up what --resume and --illumination name.
@@ -374,9 +400,9 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   };
   Watch watch(arguments, write);
   if (ranks)
-    renderer = std::make_unique<Renderer>(scene, *distributed, watch.options());
+    renderer = std::make_unique<Renderer>(scene, *distributed, watch.options(scene));
   else
-    renderer = begin_render(scene, device, device_name, threads, watch.options(),
+    renderer = begin_render(scene, device, device_name, threads, watch.options(scene),
                             [&watch] { watch.clear(); });
   take_up(arguments, *renderer);
   const bool is_done = renderer->run();
@@ -402,10 +428,15 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
     if (!lost.empty()) throw Error(ExitCode::output_failed, lost);
     return code;
   };
-  const std::string reason = signal != 0 ? "a signal" : "the limit";
+  const std::string reason = signal != 0 ? "a signal" : watch.limit();
   const std::string remedy =
       has_checkpoint ? fmt::format("; --checkpoint {} --resume goes on", arguments.checkpoint) : "";
   const ExitCode stopped = signal != 0 ? static_cast<ExitCode>(128 + signal) : ExitCode::limit;
+  // A limit that was asked for is no failure, where every pixel has samples.
+  const auto code_of = [&](const RenderResult& result) {
+    return signal == 0 && (renderer->shoots_only() || !result.samples.empty()) ? ExitCode::done
+                                                                               : stopped;
+  };
   const bool shows = renderer->has_picture() || renderer->shoots_only();
   if (!is_done && !shows && signal != 0 && arguments.checkpoint.empty()) throw Stopped{};
   if (!is_done && !shows && !renderer->has_preview()) {
@@ -414,6 +445,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
     return end(stopped);
   }
   RenderResult result = shows ? renderer->result() : renderer->preview(preview_seconds);
+  if (!is_done && signal == 0) result.limit = watch.limit();
   try {
     write(result);
   } catch (const Error& error) {
@@ -435,7 +467,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
                   result.is_preview ? "the picture is a preview of" : "what was written has",
                   result.photons.text(), result.frame.photons, result.samples.text(),
                   result.frame.samples, remedy));
-  return end(stopped);
+  return end(code_of(result));
 }
 
 }  // namespace

@@ -113,6 +113,7 @@ std::vector<Fact> facts_of(const RenderResult& result) {
       {"complete", number(result.is_complete)},
       {"noise", std::isfinite(result.noise) ? fmt::format("{:.4g}", result.noise) : "null"},
       {"preview", number(result.is_preview)},
+      {"limit", result.limit.empty() ? "null" : result.limit, !result.limit.empty()},
       {"ranges.photons", result.photons.text(), true},
       {"ranges.samples", result.samples.text(), true},
       {"hash.tallies", hex(result.hashes.tallies), true},
@@ -273,6 +274,12 @@ std::string report_lines(const Run& run) {
       "samples/s), depth {:.2f} s\n",
       seconds.bounds, seconds.photons, speed, seconds.matter, seconds.pixels,
       short_number(samples_per_second(result)), seconds.depth);
+  if (!result.limit.empty()) {
+    const std::string noise =
+        std::isfinite(result.noise) ? fmt::format("; noise {:.3g}", result.noise) : "";
+    lines += fmt::format("limit    {} ended the render; {} of {} samples are done{}\n",
+                         result.limit, result.samples.count(), result.frame.samples, noise);
+  }
   lines += photon_line(result.ledger) + power_line(result);
   lines += bounds_line(result);
   lines += fmt::format("walks    photons: {}\n         pixels: {}\n", audit_text(result.shoot),

@@ -1,6 +1,9 @@
 #include "render/camera.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
 
 #include <glm/geometric.hpp>
 
@@ -74,41 +77,216 @@ std::vector<float> quantiles_of(scene::Filter filter, double radius) {
   return quantiles;
 }
 
+// ---- Distant cameras
+
+/// In diagonals of the medium's box: from there on a camera is distant. Nearer ones round their
+/// rays' origins by less than 2^-16 diagonals.
+constexpr double far_away = 128;
+constexpr double never = std::numeric_limits<double>::infinity();
+
+/// What line_of() needs of a camera, in local space and double.
+struct View {
+  Camera::Kind kind = Camera::Kind::perspective;
+  glm::dvec3 position{0}, forward{0}, right{0}, up{0}, lens_x{0}, lens_y{0};
+  double inverse_focus = 0;
+};
+
+/// A ray, at position + z * along: z is the depth of perspective and orthographic views.
+struct Line {
+  glm::dvec3 position, along;
+};
+
+/// \param x, y from -1 to 1 across the picture, y upwards
+Line line_of(const View& view, double x, double y, glm::dvec3 offset_on_lens = glm::dvec3(0)) {
+  const glm::dvec3 across = x * view.right + y * view.up;
+  if (view.kind == Camera::Kind::orthographic) return {view.position + across, view.forward};
+  return {view.position + offset_on_lens,
+          view.forward + across - view.inverse_focus * offset_on_lens};
+}
+
+/// The sides of the medium's box.
+struct Sides {
+  glm::dvec3 extent;
+  std::array<bool, 3> is_periodic;
+
+  bool any_periodic() const { return is_periodic[0] || is_periodic[1] || is_periodic[2]; }
+  /// \return the way from `x` to between the sides across an axis, with its sign.
+  double way_to(int axis, double x) const {
+    if (is_periodic[static_cast<std::size_t>(axis)]) return 0;
+    return x < 0 ? -x : std::min(extent[axis] - x, 0.0);
+  }
+  /// \return the least z >= 0 at which a line is between the sides across an axis; or never
+  double entry(int axis, const Line& line) const {
+    const double way = way_to(axis, line.position[axis]), speed = line.along[axis];
+    if (way == 0) return 0;
+    return way * speed > 0 ? way / speed : never;
+  }
+};
+
+/// Where the samples of a window lie, as x and y of line_of().
+struct Part {
+  double left, right, bottom, top;
+};
+Part part_of(const Camera& camera) {
+  const CropWindow& w = camera.window;
+  const double before = double{camera.filter.quantiles[0]},
+               after = double{camera.filter.quantiles[camera.filter.intervals]} - 1;
+  return {2 * (w.left + before) / w.whole_width - 1,
+          2 * (w.left + w.width + after) / w.whole_width - 1,
+          1 - 2 * (w.top + w.height + after) / w.whole_height,
+          1 - 2 * (w.top + before) / w.whole_height};
+}
+
+/// \return z before which no ray is within the medium (spherical: the distance); never: none is.
+double first_entry(const View& view, const Sides& sides, const Part& part) {
+  if (view.kind == Camera::Kind::spherical) {
+    glm::dvec3 way;
+    for (int axis = 0; axis < 3; ++axis) way[axis] = sides.way_to(axis, view.position[axis]);
+    return glm::length(way);
+  }
+  if (!sides.any_periodic()) {
+    double least = never;
+    for (int corner = 0; corner < 8; ++corner) {
+      const glm::dvec3 share(corner & 1, corner >> 1 & 1, corner >> 2 & 1);
+      least = std::min(least, glm::dot(share * sides.extent - view.position, view.forward));
+    }
+    return least;
+  }
+  // A layer is wherever one looks. Across each axis it is entered first at a corner of the picture
+  // and of the lens.
+  double first = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    double least = never;
+    for (int corner = 0; corner < 16; ++corner) {
+      const auto either = [corner](int bit, auto a, auto b) {
+        return (corner >> bit & 1) != 0 ? a : b;
+      };
+      const glm::dvec3 offset =
+          either(0, 1.0, -1.0) * view.lens_x + either(1, 1.0, -1.0) * view.lens_y;
+      least = std::min(least, sides.entry(axis, line_of(view, either(2, part.left, part.right),
+                                                        either(3, part.bottom, part.top), offset)));
+    }
+    first = std::max(first, least);
+  }
+  return first;
+}
+
+/// Sets Camera::far_view of a distant camera.
+void bring_near(Camera& camera, View view, const Sides& sides) {
+  const double diagonal = glm::length(sides.extent);
+  if (glm::length(view.position - 0.5 * sides.extent) <= far_away * diagonal) return;
+  const bool is_spherical = view.kind == Camera::Kind::spherical;
+  const Part part = part_of(camera);
+  glm::dvec3 target =
+      is_spherical ? glm::clamp(view.position, glm::dvec3(0), sides.extent) : 0.5 * sides.extent;
+  if (sides.any_periodic()) {
+    // All periods are alike: the one that is seen in the middle becomes the first.
+    const Line middle = is_spherical ? Line{view.position, glm::dvec3(0)}
+                                     : line_of(view, 0.5 * (part.left + part.right),
+                                               0.5 * (part.bottom + part.top));
+    double z = 0;
+    for (int axis = 0; axis < 3; ++axis) z = std::max(z, sides.entry(axis, middle));
+    const glm::dvec3 seen = middle.position + (z < never ? z : 0.0) * middle.along;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!sides.is_periodic[static_cast<std::size_t>(axis)]) continue;
+      const double shift = sides.extent[axis] * std::floor(seen[axis] / sides.extent[axis]);
+      view.position[axis] -= shift;
+      target[axis] = seen[axis] - shift;
+    }
+    camera.position = to_vec3f(view.position);
+  }
+  const glm::dvec3 way = target - view.position;
+  const double first = first_entry(view, sides, part) - 1e-3 * diagonal;
+  // Views along the plane across them would begin far from the medium again.
+  if (!(first > far_away * diagonal) || first == never || first < 1e-3 * glm::length(way)) return;
+
+  camera.is_far = true;
+  FarView& far = camera.far_view;
+  far.distance = static_cast<float>(first);
+  far.blur = static_cast<float>(1 - first * view.inverse_focus);
+  const double columns = camera.window.whole_width, rows = camera.window.whole_height;
+  const glm::dvec3 toward = glm::normalize(way);
+  double column = 0, row = 0;  // where the target is seen [pixel]
+  if (is_spherical) {
+    const auto along = [&](glm::dvec3 axis) { return static_cast<float>(glm::dot(toward, axis)); };
+    const float x = -along(view.forward), y = -along(view.right);
+    column = double{turn_of(x, y)} * columns;
+    row = 2 * double{turn_of(along(view.up), sqrt(x * x + y * y))} * rows;
+  } else {
+    const double depth = view.kind == Camera::Kind::perspective ? glm::dot(way, view.forward) : 1.0;
+    const double x = glm::dot(way, view.right) / (depth * glm::dot(view.right, view.right)),
+                 y = glm::dot(way, view.up) / (depth * glm::dot(view.up, view.up));
+    // Further beside the picture it does not matter where.
+    constexpr double most = 1 << 22;
+    column = std::clamp(0.5 * (1 + x) * columns, -most, most);
+    row = std::clamp(0.5 * (1 - y) * rows, -most, most);
+  }
+  far.column = static_cast<int>(std::floor(column));
+  far.row = static_cast<int>(std::floor(row));
+  far.x = static_cast<float>(column - far.column);
+  far.y = static_cast<float>(row - far.row);
+  if (is_spherical) {
+    far.point = to_vec3f(view.position + first * toward);
+    return;
+  }
+  const Line line = line_of(view, 2 * (far.column + double{far.x}) / columns - 1,
+                            1 - 2 * (far.row + double{far.y}) / rows);
+  const double widening = view.kind == Camera::Kind::perspective ? first : 1.0;
+  far.point = to_vec3f(line.position + first * line.along);
+  far.across = to_vec3f(widening * 2 / columns * view.right);
+  far.down = to_vec3f(-widening * 2 / rows * view.up);
+}
+
 }  // namespace
 
 Camera prepare_camera(const Scene& scene, std::vector<float>& filter_quantiles) {
   const scene::Camera& c = scene.camera;
+  const scene::Medium& medium = scene.medium;
   const auto [position, forward, right, up] = pose(c);
   const double aspect = double{1} * c.resolution[1] / c.resolution[0];
-  Camera camera;
-  camera.position = to_vec3f(position - scene.medium.box_min);
-  camera.forward = to_vec3f(forward);
+  View view;
+  view.position = position - medium.box_min;
+  view.forward = forward;
   switch (c.projection) {
     case scene::Projection::perspective: {
       const double tangent = half_tangent(c);
-      camera.right = to_vec3f(tangent * right);
-      camera.up = to_vec3f(tangent * c.resolution[1] / c.resolution[0] * up);
+      view.right = tangent * right;
+      view.up = tangent * c.resolution[1] / c.resolution[0] * up;
       if (c.aperture_radius > 0) {
-        camera.lens_x = to_vec3f(c.aperture_radius * right);
-        camera.lens_y = to_vec3f(c.aperture_radius * up);
-        camera.inverse_focus = static_cast<float>(1 / focus_distance(c));
+        view.lens_x = c.aperture_radius * right;
+        view.lens_y = c.aperture_radius * up;
+        view.inverse_focus = 1 / focus_distance(c);
       }
       break;
     }
     case scene::Projection::orthographic:
-      camera.kind = Camera::Kind::orthographic;
-      camera.right = to_vec3f(0.5 * c.width * right);
-      camera.up = to_vec3f(0.5 * c.width * aspect * up);
+      view.kind = Camera::Kind::orthographic;
+      view.right = 0.5 * c.width * right;
+      view.up = 0.5 * c.width * aspect * up;
       break;
     case scene::Projection::spherical:
-      camera.kind = Camera::Kind::spherical;
-      camera.right = to_vec3f(right);
-      camera.up = to_vec3f(up);
+      view.kind = Camera::Kind::spherical;
+      view.right = right;
+      view.up = up;
       break;
   }
+  Camera camera;
+  camera.kind = view.kind;
+  camera.position = to_vec3f(view.position);
+  camera.forward = to_vec3f(view.forward);
+  camera.right = to_vec3f(view.right);
+  camera.up = to_vec3f(view.up);
+  camera.lens_x = to_vec3f(view.lens_x);
+  camera.lens_y = to_vec3f(view.lens_y);
+  camera.inverse_focus = static_cast<float>(view.inverse_focus);
   filter_quantiles = quantiles_of(scene.filter, scene.filter_radius);
   camera.filter = {filter_quantiles.data(), static_cast<int>(filter_quantiles.size()) - 1};
   camera.window = window(c);
+  const auto is_periodic = [&](std::size_t axis) {
+    return medium.sides[axis] == scene::Side::periodic;
+  };
+  bring_near(camera, view,
+             {medium.box_max - medium.box_min, {is_periodic(0), is_periodic(1), is_periodic(2)}});
   return camera;
 }
 
@@ -139,8 +317,15 @@ std::vector<glm::dvec2> hull_of(std::vector<glm::dvec2> points) {
 
 /// The corners of the box in the picture [pixel of the whole one]; empty where one is not in front.
 std::vector<glm::dvec2> project(const Camera& camera, const Box& box) {
-  const auto wide = [](Vec3f v) { return glm::dvec3(v.x, v.y, v.z); };
-  const glm::dvec3 right = wide(camera.right), up = wide(camera.up);
+  const glm::dvec3 right = to_dvec3(camera.right), up = to_dvec3(camera.up);
+  const FarView& far = camera.far_view;
+  // Counted from a point in the picture that is `before` deep: the middle, at the camera, or that
+  // of a distant one.
+  const CropWindow& w = camera.window;
+  const glm::dvec3 from = to_dvec3(camera.is_far ? far.point : camera.position);
+  const double before = camera.is_far ? double{far.distance} : 0;
+  const double x0 = camera.is_far ? 2 * (far.column + double{far.x}) / w.whole_width - 1 : 0,
+               y0 = camera.is_far ? 1 - 2 * (far.row + double{far.y}) / w.whole_height : 0;
   const double margin = 1e-5;  // of the box: roundings of rays that graze it
   std::vector<glm::dvec2> points;
   for (int corner = 0; corner < 8; ++corner) {
@@ -148,17 +333,16 @@ std::vector<glm::dvec2> project(const Camera& camera, const Box& box) {
       return double{extent} * ((corner >> axis & 1) != 0 ? 1 + margin : -margin);
     };
     const glm::dvec3 p =
-        glm::dvec3(along(0, box.extent.x), along(1, box.extent.y), along(2, box.extent.z))
-        - wide(camera.position);
-    double depth = 1;
+        glm::dvec3(along(0, box.extent.x), along(1, box.extent.y), along(2, box.extent.z)) - from;
+    double depth = 1, deeper = 0;
     if (camera.kind == Camera::Kind::perspective) {
-      depth = glm::dot(p, wide(camera.forward));
+      deeper = glm::dot(p, to_dvec3(camera.forward));
+      depth = before + deeper;
       if (!(depth > 1e-3 * glm::length(p))) return {};
     }
-    const double x = glm::dot(p, right) / (depth * glm::dot(right, right)),
-                 y = glm::dot(p, up) / (depth * glm::dot(up, up));
-    points.emplace_back(0.5 * (1 + x) * camera.window.whole_width,
-                        0.5 * (1 - y) * camera.window.whole_height);
+    const double x = x0 + (glm::dot(p, right) / glm::dot(right, right) - deeper * x0) / depth,
+                 y = y0 + (glm::dot(p, up) / glm::dot(up, up) - deeper * y0) / depth;
+    points.emplace_back(0.5 * (1 + x) * w.whole_width, 0.5 * (1 - y) * w.whole_height);
   }
   return points;
 }

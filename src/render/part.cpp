@@ -289,17 +289,26 @@ std::uint64_t hash_tallies(const Partial& part) {
   return hasher.value();
 }
 
-double relative_noise(const Partial& part) {
-  double n = 0, squares_of_n = 0;
+namespace {
+
+/// Sums over the pixels that met matter, of luminances.
+struct Spread {
+  double mean = 0;      ///< squares of means
+  double variance = 0;  ///< of the means
+  double error = 0;     ///< squares of the standard errors of those variances
+};
+
+/// Nothing where fewer than two replicates have samples.
+Spread spread_of(const Partial& part) {
+  double n = 0;
   int replicates = 0;
   for (const Replicate& r : part.replicates) {
-    const auto samples = static_cast<double>(r.samples.count());
-    n += samples;
-    squares_of_n += samples * samples;
-    replicates += samples > 0;
+    n += static_cast<double>(r.samples.count());
+    replicates += !r.samples.empty();
   }
-  if (replicates < 2) return std::numeric_limits<double>::infinity();
-  double mean_sum = 0, variance_sum = 0;
+  Spread sum;
+  if (replicates < 2) return sum;
+  const double freedom = replicates - 1;
   for (std::size_t i = 0; i < part.film.pixels.size(); ++i) {
     const PixelTally& pixel = part.film.pixels[i];
     if (pixel.hits == 0) continue;
@@ -311,11 +320,25 @@ double relative_noise(const Partial& part) {
                        - static_cast<double>(r.samples.count()) * mean;
       off += d * d;
     }
-    mean_sum += mean * mean;
-    variance_sum += off / (n * n) * replicates / (replicates - 1);
+    const double variance = off / (n * n) * replicates / freedom;
+    sum.mean += mean * mean;
+    sum.variance += variance;
+    sum.error += 2 / freedom * variance * variance;
   }
-  return mean_sum > 0 ? std::sqrt(variance_sum / mean_sum)
+  return sum;
+}
+
+}  // namespace
+
+double relative_noise(const Partial& part) {
+  const Spread sum = spread_of(part);
+  return sum.mean > 0 ? std::sqrt(sum.variance / sum.mean)
                       : std::numeric_limits<double>::infinity();
+}
+
+bool is_noise_below(const Partial& part, double limit) {
+  const Spread sum = spread_of(part);
+  return sum.mean > 0 && sum.variance + std::sqrt(sum.error) <= limit * limit * sum.mean;
 }
 
 }  // namespace tyndall

@@ -165,7 +165,7 @@ class Renderer::Work {
       replicate.film = {};
     }
     fresh_pixels_ = fresh_depths_ = 0;
-    taken_ = -1;
+    taken_ = shown_ = -1;
   }
 
   void resume(Partial part, const std::string& name) {
@@ -176,13 +176,14 @@ class Renderer::Work {
     part_.slice_gathered = part.slice_gathered;
     merge(part_, "this render", std::move(part), name);
     part_.slice_replicate = slice_replicate;
-    taken_ = -1;
+    taken_ = shown_ = -1;
   }
 
   bool run() {
     try {
       run_all();
-      return is_done();
+      is_left_ = !is_done();
+      return !is_left_;
     } catch (...) {  // in the midst of a batch, whose tallies are no whole ones
       is_broken_ = true;
       throw;
@@ -202,20 +203,13 @@ class Renderer::Work {
     flush();
     RenderResult result = develop(part_);
     result.seconds = seconds();
-    const double before = seconds_.bounds + seconds_.matter;
-    if (options_.time_limit > 0 && before > options_.time_limit / 2) {
-      result.warnings.push_back(fmt::format(
-          "of the {:.3g} s that were allowed, bounds took {:.2g} s and matter {:.2g} s, "
-          "before the first photon; allow more, or lower "
-          "photons.illumination.resolution",
-          options_.time_limit, seconds_.bounds, seconds_.matter));
-    }
+    warn_of_time(result);
     return result;
   }
 
   bool has_preview() const {
     return part_.matter_cells == part_.frame.cells && (!prepared_.has_grid || !denominator_.empty())
-           && (part_.frame.photons == 0 || current().photons.count() + fresh_photons_.count() > 0);
+           && lit_replicate() >= 0;
   }
 
   RenderResult preview(double seconds) {
@@ -223,7 +217,8 @@ class Renderer::Work {
                      + std::chrono::duration_cast<Clock::duration>(
                          std::chrono::duration<double>(std::max(seconds, 0.0)));
     flush();
-    const auto r = static_cast<std::size_t>(replicate_);
+    const int by = lit_replicate();
+    const auto r = static_cast<std::size_t>(by);
     illuminate(r);
     Partial glance;
     glance.frame = part_.frame;
@@ -237,7 +232,7 @@ class Renderer::Work {
     seen.shot = lit.shot;
     seen.detected = lit.detected;
     seen.light_hash = light_hash(lit);
-    const IndexRange all = part_.frame.samples_of(replicate_);
+    const IndexRange all = part_.frame.samples_of(by);
     const std::size_t pixels = prepared_.pixels_to_gather();
     bool is_torn = false;
     is_hurried_ = true;  // whoever asks for a pause has got it
@@ -269,6 +264,7 @@ class Renderer::Work {
       result.warnings.push_back("there was no time for a sample of every pixel: some are black");
     }
     result.seconds = this->seconds();
+    warn_of_time(result);
     return result;
   }
 
@@ -286,6 +282,24 @@ class Renderer::Work {
     backend_.load(prepared_, options_.stop,
                   [this] { return Clock::now() > deadline_ || (!is_hurried_ && pauses()); });
     part_.frame = frame_of(scene, prepared_, warnings_);
+  }
+
+  /// What a limit of time has cost, once it has ended the render.
+  void warn_of_time(RenderResult& result) const {
+    if (!is_left_ || options_.time_limit == 0) return;
+    if (seconds_.bounds + seconds_.matter > options_.time_limit / 2) {
+      result.warnings.push_back(fmt::format(
+          "of the {:.3g} s that were allowed, bounds took {:.2g} s and matter {:.2g} s, "
+          "before the first photon; allow more, or lower "
+          "photons.illumination.resolution",
+          options_.time_limit, seconds_.bounds, seconds_.matter));
+    }
+    if (!shoots_only() && result.replicates < 2 && part_.frame.replicates > 1) {
+      result.warnings.push_back(fmt::format(
+          "in {:.3g} s only one of {} replicates got samples: nothing tells how noisy the picture "
+          "is, and it has no variance; allow more",
+          options_.time_limit, part_.frame.replicates));
+    }
   }
 
   // ---- What is to be done.
@@ -314,19 +328,14 @@ class Renderer::Work {
     return samples.begin == samples.end ? IndexRange{all.begin, all.begin} : all;
   }
 
+  const Replicate& replicate(int r) const { return part_.replicates[static_cast<std::size_t>(r)]; }
+  Ranges missing_photons(int r) const { return replicate(r).photons.missing(wanted_photons(r)); }
+  Ranges missing_samples(int r) const { return replicate(r).samples.missing(wanted_samples(r)); }
+  bool is_done(int r) const { return missing_photons(r).empty() && missing_samples(r).empty(); }
   bool is_done() const {
-    for (int r = 0; r < part_.frame.replicates; ++r) {
-      const Replicate& replicate = part_.replicates[static_cast<std::size_t>(r)];
-      if (!replicate.photons.missing(wanted_photons(r)).empty()
-          || !replicate.samples.missing(wanted_samples(r)).empty())
-        return false;
-    }
+    for (int r = 0; r < part_.frame.replicates; ++r)
+      if (!is_done(r)) return false;
     return true;
-  }
-
-  bool is_wanted(int r) const {
-    const IndexRange photons = wanted_photons(r), samples = wanted_samples(r);
-    return photons.begin < photons.end || samples.begin < samples.end;
   }
 
   /// To its end, or until go_on or the time ends it.
@@ -348,30 +357,65 @@ class Renderer::Work {
     const std::uint64_t pixels = prepared_.pixels_to_gather();
     shoot_.emplace(options_, "photons", photons, backend_, deadline_, shot);
     gather_.emplace(options_, "pixels", samples * pixels, backend_, deadline_, gathered * pixels);
-    // The first one that is wanted has half of the time for its photons.
-    for (first_ = 0; first_ + 1 < part_.frame.replicates && !is_wanted(first_);) ++first_;
-    replicate_ = first_;
     // Before there is light: then it can be looked at whenever the render is stopped.
     if ((shoots_only() && !options_.measures_matter) || measure_matter()) run_replicates();
-    replicate_ = std::min(replicate_, part_.frame.replicates - 1);
     flush();
   }
 
+  /// Some at a time, RenderOptions::most_lights: their photons are shot, then they are gathered by
+  /// turns.
   void run_replicates() {
-    for (; replicate_ < part_.frame.replicates; ++replicate_) {
-      if (replicate_ > first_ && !fits(shoot_seconds_)) break;
-      if (!shoot() || !gather()) break;
-      let_light_go();
-      // One that was done before, and others after it, has been judged.
-      if (!is_last_begun()) continue;
-      if (!go_on(Moment::replicate)) break;
+    for (int r = 0; r < part_.frame.replicates; ++r) forget_samples(r);
+    shoot_seconds_.reset();
+    for (int next = 0;;) {
+      if (is_even() && !go_on(Moment::round)) return;
+      std::vector<int> turns;
+      if (!shoot_next(next, turns) || turns.empty() || !gather_by_turns(turns)) return;
     }
   }
 
-  /// Whether nothing is done of those after it.
-  bool is_last_begun() const {
-    return std::all_of(part_.replicates.begin() + replicate_ + 1, part_.replicates.end(),
-                       [](const Replicate& r) { return r.photons.empty() && r.samples.empty(); });
+  /// Shoots the next replicates. Half of the time is for the first picture's photons, and half of
+  /// that for those of its first replicate: a second one has to tell how noisy it is.
+  /// \param[in,out] next replicate \param[out] turns those that can be gathered \return false where
+  /// go_on ended it
+  bool shoot_next(int& next, std::vector<int>& turns) {
+    const int most = shoots_only() ? 1 : options_.most_lights;
+    const bool is_first = !has_picture() && !shoot_seconds_;
+    const double left = seconds_left();
+    for (; next < part_.frame.replicates && std::ssize(turns) < most; ++next) {
+      replicate_ = next;
+      let_light_go();
+      if (is_done(next)) continue;
+      double share = turns.empty() ? 1 : 0.5;
+      if (is_first && !shoots_only() && turns.empty())
+        share = most > 1 && next + 1 < part_.frame.replicates ? 0.25 : 0.5;
+      const double until = share * left - (left - seconds_left());
+      const bool may_be_cut = is_first && turns.size() < 2;
+      if (!may_be_cut && shoot_seconds_.value_or(0) >= until) return true;
+      const Shot shot = shoot(until);
+      if (shot == Shot::stopped) return false;
+      if (shot == Shot::cut && !may_be_cut) return true;
+      turns.push_back(next);
+    }
+    return true;
+  }
+
+  /// Whether those begun have about as many samples each, so that their spread tells the noise.
+  bool is_even() const {
+    std::uint64_t least = PassRunner::most, most = 0;
+    for (int r = 0; r < part_.frame.replicates; ++r) {
+      const std::uint64_t samples = replicate(r).samples.count();
+      if (samples > 0) {
+        least = std::min(least, samples);
+        most = std::max(most, samples);
+        continue;
+      }
+      const bool has_turn = part_.frame.photons == 0
+                                ? options_.most_lights > 1
+                                : !replicate(r).photons.empty() && missing_photons(r).empty();
+      if (has_turn && !missing_samples(r).empty()) return false;
+    }
+    return most > 0 && most <= std::max(least + 1, least + least / 2);
   }
 
   bool pauses() const { return options_.pause && options_.pause(); }
@@ -422,97 +466,131 @@ class Renderer::Work {
     return part_.has_depth();
   }
 
-  bool shoot() {
+  enum class Shot { whole, cut, stopped };
+
+  /// \param until [s] from now on \return cut where the time ended it, stopped where go_on did
+  Shot shoot(double until) {
     const auto start = Clock::now();
-    Replicate& replicate = current();
-    const bool leaves_half = replicate_ == first_ && !shoots_only();
-    const double until = leaves_half ? seconds_left() / 2 : seconds_left();
-    const IndexRange wanted = wanted_photons(replicate_);
-    if (!replicate.photons.missing(wanted).empty()) forget_samples();
-    const Ranges todo = replicate.photons.missing(wanted);
+    Shot shot = Shot::whole;
+    const Ranges todo = missing_photons(replicate_);
     for (const IndexRange& range : todo.list()) {
       bool has_time = true;
       const std::uint64_t end = shoot_->run(
           range,
           [&](IndexRange batch) {
-            const std::uint64_t shot = backend_.shoot(batch);
-            fresh_photons_.add({batch.begin, shot});
-            return shot;
+            const std::uint64_t done = backend_.shoot(batch);
+            fresh_photons_.add({batch.begin, done});
+            return done;
           },
           [&] {
             has_time = seconds_since(start) < until;
             return has_time && go_on(Moment::batch);
           });
       flush();
-      close(replicate.shot.ledger);
+      close(current().shot.ledger);
       if (end == range.end) continue;
-      if (has_time || replicate_ > first_) return false;
+      if (has_time) return Shot::stopped;
+      shot = Shot::cut;
       break;
     }
-    refuse_stalled(replicate.shot.ledger);
+    refuse_stalled(current().shot.ledger);
     shoot_seconds_ = seconds_since(start);
-    return true;
+    return shot;
   }
 
-  /// Samples of this replicate that read the light of fewer photons, which a limit of time had left
-  /// out: they are gathered anew.
-  void forget_samples() {
-    Replicate& replicate = current();
-    if (part_.slice_replicate == replicate_) {
-      part_.slice_replicate = -1;
-      part_.slice_film = {};
-      part_.slice_gathered = {};
-      part_.slice_pixels = 0;
-    }
-    if (replicate.samples.empty()) return;
-    if (part_.samples().count() != replicate.samples.count()) {
+  /// Samples of a replicate that read the light of fewer photons, which a limit of time had left
+  /// out, are gathered anew. So are the others: the film is of all.
+  void forget_samples(int r) {
+    if (missing_photons(r).empty()) return;
+    const bool has_slice = part_.slice_replicate == r;
+    if (replicate(r).samples.empty() && !has_slice) return;
+    part_.slice_replicate = -1;
+    part_.slice_film = {};
+    part_.slice_gathered = {};
+    part_.slice_pixels = 0;
+    if (replicate(r).samples.empty()) return;
+    for (int other = 0; other < part_.frame.replicates; ++other) {
+      if (replicate(other).samples.empty() || !replicate(other).light.empty()
+          || !missing_photons(other).empty())
+        continue;
       throw Error(ExitCode::input_missing,
                   fmt::format("what was done before has samples {} of photons {} alone, beside "
                               "others: render anew",
-                              replicate.samples.text(), replicate.photons.text()));
+                              replicate(r).samples.text(), replicate(r).photons.text()));
     }
     part_.film = {};
-    replicate.samples = {};
-    replicate.gathered = {};
-    replicate.film = {};
-    if (replicate.light.empty()) replicate = {};  // its light was let go
+    for (Replicate& replicate : part_.replicates) {
+      if (replicate.samples.empty()) continue;
+      replicate.samples = {};
+      replicate.gathered = {};
+      replicate.film = {};
+      if (replicate.light.empty()) replicate = {};  // its light was let go
+    }
   }
 
-  bool gather() {
-    const Ranges todo = current().samples.missing(wanted_samples(replicate_));
-    if (todo.empty()) return true;
-    if (is_dark(replicate_)) {
-      throw Error(ExitCode::input_missing,
-                  fmt::format("samples {} would read the light of photons {}, and none of these "
-                              "are there: shoot them, too, or leave those samples out "
-                              "(--sample-range)",
-                              todo.text(), Ranges({part_.frame.photons_of(replicate_)}).text()));
+  /// \return false where go_on or the time ended it.
+  bool gather_by_turns(const std::vector<int>& turns) {
+    bool gathers = false;
+    for (const int r : turns) {
+      if (missing_samples(r).empty()) continue;
+      require_light(r);
+      gathers = true;
     }
-    if (part_.frame.light_words > 0 && !current().photons.empty() && current().light.empty()
-        && !kept_.contains(replicate_)) {
+    if (!gathers) return true;
+    if (!measure_depth()) return false;
+    for (;;) {
+      int next = -1;  // that has a slice under way, or else the fewest samples
+      for (const int r : turns) {
+        if (missing_samples(r).empty()) continue;
+        if (next < 0 || r == part_.slice_replicate
+            || (next != part_.slice_replicate
+                && replicate(r).samples.count() < replicate(next).samples.count()))
+          next = r;
+      }
+      if (next < 0) return true;
+      replicate_ = next;
+      const bool alone = turns.size() == 1;
+      // A share of all that its turns leave even, whose end the noise is judged at.
+      const std::uint64_t most =
+          alone ? PassRunner::most : std::max<std::uint64_t>(current().samples.count() / 2, 1);
+      const Ranges todo = missing_samples(next);
+      if (!gather_slice(todo.list().front(), most)) return false;
+      if (is_done(next)) let_light_go();
+      if (!alone && is_even() && !is_done() && !go_on(Moment::round)) return false;
+    }
+  }
+
+  void require_light(int r) const {
+    const Replicate& lit = replicate(r);
+    if (is_dark(r)) {
+      throw Error(
+          ExitCode::input_missing,
+          fmt::format("samples {} would read the light of photons {}, and none of these "
+                      "are there: shoot them, too, or leave those samples out "
+                      "(--sample-range)",
+                      missing_samples(r).text(), Ranges({part_.frame.photons_of(r)}).text()));
+    }
+    if (part_.frame.light_words > 0 && !lit.photons.empty() && lit.light.empty()
+        && !kept_.contains(r)) {
       throw Error(ExitCode::input_missing,
                   "what was done before keeps no light for the samples that are missing; render "
                   "them apart (--sample-range) and merge");
     }
-    if (!measure_depth()) return false;
-    illuminate(static_cast<std::size_t>(replicate_));
-    for (const IndexRange& range : todo.list()) {
-      for (std::uint64_t sample = range.begin; sample < range.end; sample = part_.slice.end)
-        if (!gather_slice({sample, range.end})) return false;
-    }
-    return true;
   }
 
   /// The next samples of all pixels: as many as take long beside what it costs to add them up, and
   /// fit into the time.
-  bool gather_slice(IndexRange range) {
+  bool gather_slice(IndexRange range, std::uint64_t most) {
+    const auto begin = Clock::now();
+    if (shown_ != replicate_) illuminate(static_cast<std::size_t>(replicate_));
+    const double switch_seconds = seconds_since(begin);
     const bool goes_on = part_.slice_replicate == replicate_ && part_.slice.begin == range.begin
                          && part_.slice.end <= range.end;
     if (!goes_on) {
       part_.slice_film = {};
       part_.slice_gathered = {};
       part_.slice_pixels = 0;
-      std::uint64_t count = std::min(range.end - range.begin, slice_samples_);
+      std::uint64_t count = std::min({range.end - range.begin, slice_samples_, most});
       if (has_picture() && sample_seconds_ > 0) {
         const double fitting = seconds_left() / sample_seconds_;
         if (fitting < 1) return false;
@@ -527,6 +605,8 @@ class Renderer::Work {
     const std::uint64_t end = gather_->run(
         {part_.slice_pixels, prepared_.pixels_to_gather()},
         [&](IndexRange batch) {
+          // go_on may have had a preview by other light.
+          if (shown_ != replicate_) illuminate(static_cast<std::size_t>(replicate_));
           return fresh_pixels_ = backend_.gather(batch, {part_.slice.begin, count});
         },
         [&] { return fits(0) && go_on(Moment::batch); }, count);
@@ -535,7 +615,7 @@ class Renderer::Work {
     const auto flush_start = Clock::now();
     finish_slice();
     if (!goes_on) sample_seconds_ = seconds / static_cast<double>(count);
-    if (seconds < std::max(1.0, 50 * seconds_since(flush_start)))
+    if (seconds < std::max(1.0, 50 * (switch_seconds + seconds_since(flush_start))))
       slice_samples_ = std::min(2 * slice_samples_, PassRunner::most);
     return go_on(Moment::slice);
   }
@@ -543,8 +623,21 @@ class Renderer::Work {
   // ---- Tallies.
 
   Replicate& current() { return part_.replicates[static_cast<std::size_t>(replicate_)]; }
-  const Replicate& current() const {
-    return part_.replicates[static_cast<std::size_t>(replicate_)];
+  /// \return the one whose light is of most photons, up to the one under way; paths: that; -1: none
+  int lit_replicate() const {
+    if (part_.frame.photons == 0) return replicate_;
+    int lit = -1;
+    std::uint64_t most = 0;
+    for (int r = 0; r <= replicate_; ++r) {
+      const std::uint64_t fresh = r == replicate_ ? fresh_photons_.count() : 0;
+      const bool has_light = fresh > 0 || !replicate(r).light.empty() || kept_.contains(r)
+                             || part_.frame.light_words == 0;
+      const std::uint64_t photons = has_light ? replicate(r).photons.count() + fresh : 0;
+      if (photons <= most) continue;
+      most = photons;
+      lit = r;
+    }
+    return lit;
   }
 
   double photon_power(const Replicate& replicate) const {
@@ -553,6 +646,7 @@ class Renderer::Work {
   }
 
   void illuminate(std::size_t r) {
+    shown_ = static_cast<int>(r);
     if (!prepared_.has_grid) return backend_.illuminate({}, {});
     const Replicate& replicate = part_.replicates[r];
     const double power = photon_power(replicate);
@@ -585,6 +679,7 @@ class Renderer::Work {
       replicate.photons.add(fresh_photons_);
       fresh_photons_ = {};
       taken_ = replicate.light.empty() ? replicate_ : -1;
+      if (shown_ == replicate_) shown_ = -1;
       add_to(replicate.light, backend_.take_illumination());
       add_to(replicate.detected, backend_.take_detectors());
       Account shot = backend_.take_account();
@@ -615,9 +710,10 @@ class Renderer::Work {
 
   void let_light_go() {
     Replicate& replicate = current();
-    if (replicate.light.empty() || shoots_only()) return;
-    // Whoever goes on from here shoots the rest of its photons.
-    if (!replicate.photons.missing(wanted_photons(replicate_)).empty()) return;
+    if (replicate.light.empty() || shoots_only() || !is_done(replicate_)) return;
+    // Whoever goes on from here may have to gather it anew: see forget_samples().
+    for (int r = 0; r < part_.frame.replicates; ++r)
+      if (!this->replicate(r).samples.empty() && !missing_photons(r).empty()) return;
     if (options_.keeps_light)
       read_out_light(replicate.light, photon_power(replicate), kept_[replicate_]);
     replicate.light_hash = light_hash(replicate);
@@ -646,12 +742,14 @@ class Renderer::Work {
   int replicate_ = 0;                       // under way
   Ranges fresh_photons_;                    // since the last flush
   std::uint64_t fresh_pixels_ = 0, fresh_cells_ = 0, fresh_depths_ = 0;  // done, flushed or not
-  bool is_broken_ = false;                         // the backend's tallies since the last flush
-  Clock::time_point deadline_{};                   // of the batch under way
-  bool is_hurried_ = false;                        // no pause for the pause that was asked for
-  int taken_ = -1;                                 // whose light is all that was taken last
-  int first_ = 0;                                  // of the replicates that are wanted
-  double shoot_seconds_ = 0, sample_seconds_ = 0;  // that they took last
+  bool is_broken_ = false;               // the backend's tallies since the last flush
+  bool is_left_ = false;                 // run() has ended before all was done
+  Clock::time_point deadline_{};         // of the batch under way
+  bool is_hurried_ = false;              // no pause for the pause that was asked for
+  int taken_ = -1;                       // whose light is all that was taken last
+  int shown_ = -1;                       // by whose light the backend gathers
+  std::optional<double> shoot_seconds_;  // that a replicate took last, of this run
+  double sample_seconds_ = 0;            // the same of a sample of all pixels
   std::uint64_t slice_samples_ = 1;
 };
 

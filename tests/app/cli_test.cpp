@@ -506,17 +506,25 @@ TEST_F(ResumeTest, PreviewsWhileItRenders) {
 }
 
 TEST_F(ResumeTest, EndsAtALimitWithAPicture) {
-  const Outcome limited = run(long_render({"--time-limit", "1s"}, "1e9", "1e6"));
-  EXPECT_EQ(limited.code, 8) << limited.err;
-  EXPECT_NE(limited.err.find("stopped by the limit; what was written has photons 0:"),
+  const Outcome limited =
+      run(long_render({"--time-limit", "1s", "--report", "r.json"}, "1e9", "1e6"));
+  EXPECT_EQ(limited.code, 0) << limited.err;
+  EXPECT_NE(limited.err.find("stopped by --time-limit 1s; what was written has photons 0:"),
             std::string::npos)
       << limited.err;
+  EXPECT_NE(limited.err.find("limit    --time-limit 1s ended the render"), std::string::npos);
   EXPECT_TRUE(fs::exists(folder_ / "a.pfm"));
+  EXPECT_NE(contents(folder_ / "r.json").find("\"limit\": \"--time-limit 1s\""), std::string::npos);
   const Outcome quiet = run(long_render({"--noise", "0.5", "--report", "r.json"}, "2e6", "400"));
-  EXPECT_EQ(quiet.code, 8) << quiet.err;
+  EXPECT_EQ(quiet.code, 0) << quiet.err;
   const std::string report = contents(folder_ / "r.json");
   EXPECT_NE(report.find("\"complete\": false"), std::string::npos) << report;
-  EXPECT_NE(report.find("\"ranges.samples\": \"0:100\""), std::string::npos) << report;
+  EXPECT_NE(report.find("\"limit\": \"--noise 0.5\""), std::string::npos) << report;
+  EXPECT_NE(report.find("\"ranges.samples\": \"0:1, 50:51, 100:101"), std::string::npos) << report;
+  const Outcome whole =
+      run({"render", "scene.json", "-o", "a.pfm", "--report", "r.json", "--noise", "1e-9"});
+  EXPECT_EQ(whole.code, 0) << whole.err;
+  EXPECT_NE(contents(folder_ / "r.json").find("\"limit\": null"), std::string::npos);
   const auto refuses = [&](const char* option, const char* value, const char* text) {
     expect_error({"render", "scene.json", option, value}, 2, text);
   };

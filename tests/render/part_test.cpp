@@ -112,27 +112,64 @@ TEST(Parts, a_range_of_samples_is_the_same_picture_wherever_it_ends) {
   EXPECT_TRUE(same(left.result(), part));
 }
 
+// One replicate after the other, or some or all by turns, and the rest in another way.
 TEST(Parts, a_render_left_anywhere_goes_on_to_the_same_end) {
   const Scene scene = small();
   const RenderResult whole = render(scene, *make_cpu_backend());
-  for (int stop_at = 1; stop_at < 200; stop_at += 3) {
-    int moments = 0;
-    RenderOptions options;
-    options.batch = 7;
-    options.go_on = [&](Renderer&, Moment) { return ++moments < stop_at; };
-    const auto backend = make_cpu_backend(1);
-    Renderer first(scene, *backend, options);
-    if (first.run()) {
-      EXPECT_GT(stop_at, 50) << "too few moments for a test";
-      break;
+  for (const auto& [first_lights, second_lights] : {std::pair{1, 1}, {8, 1}, {1, 8}, {3, 8}}) {
+    for (int stop_at = 1; stop_at < 200; stop_at += first_lights == 1 ? 3 : 13) {
+      int moments = 0;
+      RenderOptions options;
+      options.batch = 7;
+      options.most_lights = first_lights;
+      options.go_on = [&](Renderer&, Moment) { return ++moments < stop_at; };
+      const auto backend = make_cpu_backend(1);
+      Renderer first(scene, *backend, options);
+      if (first.run()) {
+        EXPECT_GT(stop_at, 50) << "too few moments for a test";
+        break;
+      }
+      const Partial left = first.part();
+      options.go_on = {};
+      options.batch = 23;
+      options.most_lights = second_lights;
+      Renderer second(scene, *backend, options);
+      second.resume(left, "checkpoint");
+      ASSERT_TRUE(second.run());
+      ASSERT_TRUE(same(second.result(), whole))
+          << "left at moment " << stop_at << " of " << first_lights;
     }
-    const Partial left = first.part();
-    options.go_on = {};
-    options.batch = 23;
-    Renderer second(scene, *backend, options);
-    second.resume(left, "checkpoint");
-    ASSERT_TRUE(second.run());
-    ASSERT_TRUE(same(second.result(), whole)) << "left at moment " << stop_at;
+  }
+}
+
+TEST(Parts, gathered_by_turns_hold_the_light_of_as_many_as_they_may) {
+  Scene scene = small();
+  scene.samples = 64;
+  const RenderResult whole = render(scene, *make_cpu_backend());
+  for (const int lights : {1, 3, 8}) {
+    RenderOptions options;
+    options.most_lights = lights;
+    int most = 0;
+    bool were_uneven = false;
+    options.go_on = [&](Renderer& r, Moment moment) {
+      int held = 0;
+      std::uint64_t fewest = 64, samples = 0;
+      for (const Replicate& replicate : r.part().replicates) {
+        held += !replicate.light.empty();
+        if (replicate.samples.empty()) continue;
+        fewest = std::min(fewest, replicate.samples.count());
+        samples = std::max(samples, replicate.samples.count());
+      }
+      most = std::max(most, held);
+      were_uneven = were_uneven || (moment == Moment::round && samples > fewest + fewest / 2 + 1);
+      return true;
+    };
+    const auto backend = make_cpu_backend(2);
+    Renderer renderer(scene, *backend, options);
+    EXPECT_TRUE(renderer.run());
+    EXPECT_TRUE(same(renderer.result(), whole));
+    EXPECT_EQ(most, lights);
+    EXPECT_FALSE(were_uneven);
   }
 }
 
@@ -150,23 +187,28 @@ TEST(Parts, that_nothing_is_missing_of_are_done_whoever_ends_them) {
 TEST(Parts, are_looked_at_without_harm) {
   const Scene scene = small();
   const RenderResult whole = render(scene, *make_cpu_backend());
-  RenderOptions options;
-  options.batch = 16;
-  int previews = 0;
-  options.go_on = [&](Renderer& renderer, Moment) {
-    if (renderer.has_picture()) {
-      EXPECT_EQ(renderer.result().picture.rgba.size(), 80u);
-    } else if (renderer.has_preview()) {
-      EXPECT_TRUE(renderer.preview(1).is_preview);
-      ++previews;
-    }
-    return true;
-  };
-  const auto backend = make_cpu_backend();
-  Renderer renderer(scene, *backend, options);
-  EXPECT_TRUE(renderer.run());
-  EXPECT_GT(previews, 0);
-  EXPECT_TRUE(same(renderer.result(), whole));
+  for (const int lights : {1, 8}) {
+    RenderOptions options;
+    options.batch = 16;
+    options.most_lights = lights;
+    int previews = 0;
+    options.go_on = [&](Renderer& renderer, Moment) {
+      if (renderer.has_picture()) {
+        EXPECT_EQ(renderer.result().picture.rgba.size(), 80u);
+      }
+      // By other light than that of the slice under way.
+      if (renderer.has_preview()) {
+        EXPECT_TRUE(renderer.preview(0.001).is_preview);
+        ++previews;
+      }
+      return true;
+    };
+    const auto backend = make_cpu_backend();
+    Renderer renderer(scene, *backend, options);
+    EXPECT_TRUE(renderer.run());
+    EXPECT_GT(previews, 0);
+    EXPECT_TRUE(same(renderer.result(), whole)) << lights;
+  }
 }
 
 TEST(Parts, end_with_the_time) {
@@ -247,6 +289,88 @@ TEST(Parts, that_a_limit_of_time_cut_keep_their_photons) {
   EXPECT_TRUE(last.run());
   EXPECT_EQ(backend.shot, 400u) << "none of them twice";
   EXPECT_TRUE(same(last.result(), render(scene, *make_cpu_backend())));
+}
+
+TEST(Parts, that_a_limit_of_time_ends_are_of_two_replicates) {
+  Scene scene = small();
+  scene.photons = 100000000;  // of which not even a replicate's fit
+  scene.samples = 1000000;
+  RenderOptions options;
+  options.time_limit = 0.5;
+  options.most_lights = most_replicates;
+  const auto backend = make_cpu_backend();
+  Renderer renderer(scene, *backend, options);
+  EXPECT_FALSE(renderer.run());
+  const RenderResult result = renderer.result();
+  EXPECT_EQ(result.photons.list().size(), 2u) << result.photons.text();
+  EXPECT_EQ(result.samples.list().size(), 2u) << result.samples.text();
+  EXPECT_EQ(result.replicates, 2);
+  EXPECT_NO_THROW(layer(result, "variance"));
+  for (const std::string& warning : result.warnings)
+    EXPECT_EQ(warning.find("no variance"), std::string::npos);
+}
+
+// Where there is no time for more than a batch of photons and a sample.
+TEST(Parts, that_a_limit_of_time_cut_have_photons_of_two_replicates) {
+  const Scene scene = small();
+  RenderOptions options;
+  options.batch = 20;
+  options.time_limit = 1e-9;
+  options.most_lights = most_replicates;
+  Shooting backend;
+  Partial part;
+  for (int run = 1; run <= 2; ++run) {
+    Renderer cut(scene, backend, options);
+    if (run > 1) cut.resume(part, "checkpoint");
+    EXPECT_FALSE(cut.run());
+    part = cut.part();
+    EXPECT_EQ(part.replicates[0].photons.count(), 20u * run);
+    EXPECT_EQ(part.replicates[1].photons.count(), 20u * run);
+    const RenderResult result = cut.result();
+    EXPECT_EQ(result.replicates, 1);
+    EXPECT_NE(result.warnings.back().find("has no variance; allow more"), std::string::npos)
+        << result.warnings.back();
+  }
+  Renderer last(scene, backend);
+  last.resume(part, "checkpoint");
+  EXPECT_TRUE(last.run());
+  EXPECT_EQ(backend.shot, 400u) << "none of them twice";
+  EXPECT_TRUE(same(last.result(), render(scene, *make_cpu_backend())));
+}
+
+// Samples of replicates that lack photons are gathered anew, and with them those of others.
+TEST(Parts, that_were_cut_beside_whole_ones_go_on_to_the_same_end) {
+  const Scene scene = small();
+  const RenderResult whole = render(scene, *make_cpu_backend());
+  const auto backend = make_cpu_backend();
+  const auto cut_at = [&](IndexRange photons, IndexRange samples) {
+    RenderOptions options;
+    options.photons = photons;
+    Renderer light(scene, *backend, options);
+    EXPECT_TRUE(light.run());
+    const Partial lit = light.part();
+    options.samples = samples;
+    Renderer renderer(scene, *backend, options);
+    renderer.resume(lit, "light");
+    EXPECT_TRUE(renderer.run());
+    Partial part = renderer.part();
+    for (std::size_t r = 0; r < part.replicates.size(); ++r)
+      part.replicates[r].light = lit.replicates[r].light;
+    return part;
+  };
+  const Partial cut = cut_at({0, 70}, {0, 2});  // 50 of the first, 20 of the second
+  ASSERT_EQ(cut.samples().count(), 2u);
+  Renderer second(scene, *backend);
+  second.resume(cut, "checkpoint");
+  ASSERT_TRUE(second.run());
+  EXPECT_TRUE(same(second.result(), whole));
+
+  Partial lost = cut;  // the light of the first was let go: its samples cannot be gathered anew
+  lost.replicates[0].light_hash = light_hash(lost.replicates[0]);
+  lost.replicates[0].light = {};
+  Renderer third(scene, *backend);
+  third.resume(lost, "checkpoint");
+  EXPECT_THROW(third.run(), Error);
 }
 
 TEST(Parts, of_photons_alone_have_no_preview_before_the_matter_is_read_out) {
@@ -361,7 +485,7 @@ TEST(Parts, keep_the_matter_that_was_measured) {
   for (int i = 0; i == 0 || (i < 1000 && !part.is_complete()); ++i) {
     RenderOptions options;
     options.batch = 10;
-    options.go_on = [](Renderer&, Moment moment) { return moment == Moment::replicate; };
+    options.go_on = [](Renderer&, Moment moment) { return moment == Moment::round; };
     Measuring backend;
     Renderer renderer(scene, backend, options);
     if (i > 0) renderer.resume(part, "part");
@@ -418,7 +542,7 @@ std::vector<double> noises(const Scene& scene, const Partial& begun) {
   std::vector<double> seen;
   RenderOptions options;
   options.go_on = [&](Renderer& r, Moment moment) {
-    if (moment == Moment::replicate) seen.push_back(relative_noise(r.part()));
+    if (moment == Moment::round) seen.push_back(relative_noise(r.part()));
     return true;
   };
   const auto backend = make_cpu_backend(2);
@@ -445,6 +569,101 @@ TEST(Parts, are_judged_by_the_same_noise_wherever_they_were_left) {
   const std::vector<double> whole = noises(scene, nothing), rest = noises(scene, begun);
   ASSERT_EQ(whole.size(), 8u);
   EXPECT_EQ(rest, std::vector<double>(whole.begin() + 2, whole.end()));
+}
+
+// ---- Limits of noise
+
+/// Renders by turns until is_enough(part).
+template <class IsEnough>
+RenderResult limited(const Scene& scene, IsEnough&& is_enough) {
+  RenderOptions options;
+  options.most_lights = most_replicates;
+  options.go_on = [&](Renderer& r, Moment moment) {
+    return moment != Moment::round || !is_enough(r.part());
+  };
+  const auto backend = make_cpu_backend(2);
+  Renderer renderer(scene, *backend, options);
+  renderer.run();
+  return renderer.result();
+}
+RenderResult quiet(const Scene& scene, double limit) {
+  return limited(scene, [&](const Partial& part) { return is_noise_below(part, limit); });
+}
+
+// Of as many samples as reach it, and no third more, wherever in the render that is. How many these
+// are is known from other samples: noise falls with their root.
+TEST(Parts, end_soon_after_the_limit_of_noise) {
+  Scene scene = small();
+  scene.camera.resolution = {24, 20};
+  scene.detectors = {};
+  for (const scene::Integrator integrator : {scene::Integrator::path, scene::Integrator::photons}) {
+    scene.integrator = integrator;
+    scene.photons = 20000;
+    scene.samples = 512;
+    Scene other = scene;
+    other.seed = 99;
+    const double noise = render(other, *make_cpu_backend()).noise;
+    scene.samples = 100000;
+    for (const double samples : {40.0, 150.0, 500.0}) {
+      if (integrator == scene::Integrator::photons && samples > 200) continue;  // the light's
+      const double limit = noise * std::sqrt(512 / samples);
+      const RenderResult result = quiet(scene, limit);
+      EXPECT_LE(result.noise, limit);
+      EXPECT_EQ(result.replicates, 8);
+      EXPECT_LE(static_cast<double>(result.samples.count()), 1.3 * samples);
+      EXPECT_GE(static_cast<double>(result.samples.count()), 0.75 * samples);
+    }
+  }
+}
+
+// Of one pixel the noise is known to a third, and many looks find the lowest: what is below the
+// limit by chance must not be taken for it.
+TEST(Parts, of_few_pixels_end_by_chance_less_often) {
+  Scene scene = small();
+  scene.camera.resolution = {1, 1};
+  scene.detectors = {};
+  scene.integrator = scene::Integrator::path;
+  scene.samples = 4096;
+  double square = 0;  // of the noise of 4096 samples
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    scene.seed = seed;
+    const double one = render(scene, *make_cpu_backend()).noise;
+    square += one * one / 20;
+  }
+  const double samples = 200, limit = std::sqrt(square * 4096 / samples);
+  double by_estimate = 0, by_bound = 0;  // variance where they ended, over the limit's
+  for (std::uint64_t seed = 101; seed <= 124; ++seed) {
+    scene.seed = seed;
+    const auto done = [](const RenderResult& result) {
+      return static_cast<double>(result.samples.count());
+    };
+    by_bound += samples / done(quiet(scene, limit)) / 24;
+    by_estimate +=
+        samples
+        / done(limited(scene, [&](const Partial& part) { return relative_noise(part) <= limit; }))
+        / 24;
+  }
+  EXPECT_LT(by_bound, 1.6);
+  EXPECT_GT(by_estimate, 1.5 * by_bound);
+}
+
+TEST(Parts, whose_limit_was_reached_end_at_once_when_they_go_on) {
+  Scene scene = small();
+  scene.samples = 1000;
+  RenderOptions options;
+  options.most_lights = most_replicates;
+  options.go_on = [](Renderer& r, Moment moment) {
+    return moment != Moment::round || !is_noise_below(r.part(), 0.2);
+  };
+  const auto backend = make_cpu_backend(2);
+  Renderer first(scene, *backend, options);
+  EXPECT_FALSE(first.run());
+  const std::uint64_t samples = first.part().samples().count();
+  EXPECT_LT(samples, 1000u);
+  Renderer second(scene, *backend, options);
+  second.resume(first.part(), "checkpoint");
+  EXPECT_FALSE(second.run());
+  EXPECT_EQ(second.part().samples().count(), samples);
 }
 
 TEST(Parts, without_photons_may_be_left_out) {

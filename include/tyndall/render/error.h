@@ -16,7 +16,7 @@ enum class ExitCode {
   output_failed = 5,  ///< an output that cannot be written
   out_of_memory = 6,
   device = 7,         ///< no usable GPU, or one that failed
-  limit = 8,          ///< stopped by a limit, with a valid picture
+  limit = 8,          ///< stopped by a limit of time before every pixel had a sample
   interrupted = 130,  ///< SIGINT
   terminated = 143,   ///< SIGTERM
 };

@@ -139,4 +139,9 @@ std::uint64_t hash_tallies(const Partial& part);
 /// that met matter: noise, not bias. \return infinity where fewer than two replicates have samples.
 double relative_noise(const Partial& part);
 
+/// Whether that is below `limit`: the one place where noise ends a render. The spread of few
+/// replicates is an estimate; it counts with one standard error more, as of independent pixels.
+/// \pre Moment::round
+bool is_noise_below(const Partial& part, double limit);
+
 }  // namespace tyndall

@@ -29,9 +29,9 @@ class Renderer;
 
 /// When a render may be looked at, or left: its integers are whole then.
 enum class Moment {
-  batch,      ///< some cells, photons or samples more, often
-  slice,      ///< all pixels have some samples more
-  replicate,  ///< one more is done
+  batch,  ///< some cells, photons or samples more, often
+  slice,  ///< all pixels have some samples more
+  round,  ///< the replicates begun have about as many each: their spread tells the noise
 };
 
 struct RenderOptions {
@@ -52,8 +52,11 @@ struct RenderOptions {
   bool measures_matter = false;
   /// The light of what is gathered stays, for look().
   bool keeps_light = false;
-  /// [s] from the start of the render; photons and samples that do not fit are left out: of the
-  /// first replicate half the time is for photons, later ones are begun where their photons fit.
+  /// Of so many replicates the light is held at once, and they are gathered by turns: what has a
+  /// limit ends soon after it. 1: one after the other.
+  int most_lights = 1;
+  /// [s] from the start of the render; photons and samples that do not fit are left out. Half of it
+  /// is for the photons of the first replicates, two at least where most_lights is.
   double time_limit = 0;  ///< 0: none
 };
 
@@ -79,6 +82,7 @@ struct RenderResult {
   Ranges photons, samples;      ///< that are done
   bool is_complete = true;      ///< whether these are all
   bool is_preview = false;      ///< a glance at unfinished light, never merged
+  std::string limit;            ///< that was asked for and ended the render; empty: none
   int replicates = 1;           ///< that the picture is the mean of; see most_replicates
   double unshot_power[3] = {};  ///< [W] of the lights that could not meet the medium: never shot
   std::vector<std::int64_t> detected;  ///< see Detectors::sums; empty where nothing was asked for

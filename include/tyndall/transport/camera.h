@@ -56,6 +56,20 @@ struct PixelFilter {
   }
 };
 
+/// Where the rays of a distant camera begin: next to the medium, since floats have no digits for it
+/// at the camera. On a plane across the view, or on a sphere about a spherical camera; all of the
+/// medium lies beyond. Places on it are counted from one pixel, so that they keep their digits,
+/// too.
+struct FarView {
+  float distance = 0;    ///< from the camera, along the view; spherical: its radius [length]
+  Vec3f point{0, 0, 0};  ///< where the ray through (column + x, row + y) begins
+  int column = 0, row = 0;
+  float x = 0, y = 0;     ///< in [0, 1)
+  Vec3f across{0, 0, 0};  ///< from one pixel to the next; not for spherical cameras [length]
+  Vec3f down{0, 0, 0};
+  float blur = 0;  ///< how much of an offset on the lens is left there
+};
+
 /// Points (u, v) of the picture run from 0 to 1, from the top left.
 struct Camera {
   enum class Kind {
@@ -75,27 +89,32 @@ struct Camera {
                             ///< pinhole, all is in focus
   PixelFilter filter;
   CropWindow window;
+  bool is_far = false;  ///< rays begin at `far_view`
+  FarView far_view;
 
   /// The ray of the pixel sample that `random` belongs to. \param first its block (0, emission)
   TYN_HD Ray sample(const RandomStream& random, RandomBlock first) const {
-    const float column = static_cast<float>(window.column(random.index));
-    const float row = static_cast<float>(window.row(random.index));
-    const float u =
-        (column + filter.place(uniform(first.a))) / static_cast<float>(window.whole_width);
-    const float v =
-        (row + filter.place(uniform(first.b))) / static_cast<float>(window.whole_height);
-    if (inverse_focus == 0.0f) return ray(u, v);
+    const Place place{window.column(random.index), window.row(random.index),
+                      filter.place(uniform(first.a)), filter.place(uniform(first.b))};
+    if (inverse_focus == 0.0f) return ray(place);
     const RandomBlock aim = random.block(0, Purpose::aim);
-    return ray_through_lens(u, v, uniform(aim.a), uniform(aim.b));
+    const Vec3f offset = on_lens(uniform(aim.a), uniform(aim.b));
+    Ray through = ray_through_lens(u(place), v(place), offset);
+    if (is_far) through.origin = far_origin(place) + far_view.blur * offset;
+    return through;
   }
 
   /// Through the middle of a pixel of the window.
   TYN_HD Ray middle(std::uint64_t pixel) const {
     const std::uint64_t stream = window.stream(pixel, 0);
-    const float column = static_cast<float>(window.column(stream)) + 0.5f;
-    const float row = static_cast<float>(window.row(stream)) + 0.5f;
-    return ray(column / static_cast<float>(window.whole_width),
-               row / static_cast<float>(window.whole_height));
+    return ray(Place{window.column(stream), window.row(stream), 0.5f, 0.5f});
+  }
+
+  /// \return how far from the camera (or its lens) a ray of it begins [length]
+  TYN_HD float before(Vec3f direction) const {
+    if (!is_far) return 0.0f;
+    return kind == Kind::spherical ? far_view.distance
+                                   : divide(far_view.distance, dot(direction, forward));
   }
 
   /// Through the middle of the lens, if there is one.
@@ -118,9 +137,9 @@ struct Camera {
   /// Through a point of a thin lens, even for even (a, b) in (0, 1): where the ray through its
   /// middle meets the plane in focus, this one does.
   TYN_HD Ray ray_through_lens(float u, float v, float a, float b) const {
-    const SinCos turn = sin_cos_turn(b);
-    const float radius = sqrt(a);
-    const Vec3f offset = radius * turn.cos * lens_x + radius * turn.sin * lens_y;
+    return ray_through_lens(u, v, on_lens(a, b));
+  }
+  TYN_HD Ray ray_through_lens(float u, float v, Vec3f offset) const {
     const Vec3f middle = forward + (2.0f * u - 1.0f) * right + (1.0f - 2.0f * v) * up;
     return {position + offset, normalize(middle - inverse_focus * offset)};
   }
@@ -129,6 +148,51 @@ struct Camera {
   template <class Copy>
   void relocate(Copy&& copy) {
     filter.quantiles = copy(filter.quantiles, static_cast<std::size_t>(filter.intervals) + 1);
+  }
+
+ private:
+  /// A pixel of the whole picture, and a point from its top left on [pixel].
+  struct Place {
+    int column, row;
+    float x, y;
+  };
+  TYN_HD float u(const Place& p) const {
+    return (static_cast<float>(p.column) + p.x) / static_cast<float>(window.whole_width);
+  }
+  TYN_HD float v(const Place& p) const {
+    return (static_cast<float>(p.row) + p.y) / static_cast<float>(window.whole_height);
+  }
+
+  TYN_HD Ray ray(const Place& p) const {
+    Ray r = ray(u(p), v(p));
+    if (is_far) r.origin = far_origin(p);
+    return r;
+  }
+
+  TYN_HD Vec3f on_lens(float a, float b) const {
+    const SinCos turn = sin_cos_turn(b);
+    const float radius = sqrt(a);
+    return radius * turn.cos * lens_x + radius * turn.sin * lens_y;
+  }
+
+  /// Where the ray through the middle of the lens meets the plane or sphere of `far_view`.
+  TYN_HD Vec3f far_origin(const Place& p) const {
+    const float x = static_cast<float>(p.column - far_view.column) + (p.x - far_view.x);
+    const float y = static_cast<float>(p.row - far_view.row) + (p.y - far_view.y);
+    if (kind != Kind::spherical) return far_view.point + x * far_view.across + y * far_view.down;
+    // Differences of sines and cosines as products: of small angles they keep their digits.
+    const Place from{far_view.column, far_view.row, far_view.x, far_view.y};
+    const float u0 = u(from), du = 0.5f * x / static_cast<float>(window.whole_width),
+                v0 = 0.5f * v(from), dv = 0.25f * y / static_cast<float>(window.whole_height);
+    const SinCos half_u = sin_cos_turn(du), mean_u = sin_cos_turn(u0 + du),
+                 end_u = sin_cos_turn(u0 + 2.0f * du);
+    const SinCos half_v = sin_cos_turn(dv), mean_v = sin_cos_turn(v0 + dv),
+                 begin_v = sin_cos_turn(v0);
+    const Vec3f outwards = -end_u.cos * forward - end_u.sin * right;
+    const Vec3f sidewards = mean_u.sin * forward - mean_u.cos * right;
+    const Vec3f half = half_v.sin * (mean_v.cos * outwards - mean_v.sin * up)
+                       + begin_v.sin * half_u.sin * sidewards;
+    return far_view.point + 2.0f * far_view.distance * half;
   }
 };
 

@@ -30,6 +30,7 @@ struct DepthPass {
     float before = 0.0f;
     const Box& box = medium.whole.box;
     const Entry entry = approach(box, ray, before);
+    before = before + camera.before(ray.direction);
     if (entry != Entry::open) return entry == Entry::ground ? before : no_depth;
     const MajorantGrid& grid = medium.super_voxels;
     SuperVoxelWalk walk(grid, ray);

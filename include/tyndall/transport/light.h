@@ -71,12 +71,13 @@ struct Parallelogram {
   TYN_HD Vec3f point(float u, float v) const {
     return center + (u - 0.5f) * edge_u + (v - 0.5f) * edge_v;
   }
-  /// \return how far along the unit `direction` the bright side is met, 0 for never.
-  TYN_HD float meet(Vec3f from, Vec3f direction) const {
+  /// \return how far along the unit `direction` the bright side is met, 0 for never. The ray
+  /// begins `before` ahead of `from`: as much may be below 0.
+  TYN_HD float meet(Vec3f from, Vec3f direction, float before = 0.0f) const {
     const float cosine = -dot(normal, direction);
     const Vec3f way = center - from;
     const float distance = -dot(normal, way) / cosine;
-    if (!(cosine > 0.0f && distance > 0.0f)) return 0.0f;
+    if (!(cosine > 0.0f && distance > -before)) return 0.0f;
     const Vec3f at = distance * direction - way;
     return abs(dot(at, dual_u)) <= 0.5f && abs(dot(at, dual_v)) <= 0.5f ? distance : 0.0f;
   }
@@ -354,7 +355,7 @@ struct DirectLight {
 
   /// The same of all that a ray meets. Calls add(radiance, pdf) or not.
   template <class Add>
-  TYN_HD void meet(Vec3f from, Vec3f along, float distance, Add&& add) const {
+  TYN_HD void meet(Vec3f from, Vec3f along, float distance, Add&& add, float before = 0.0f) const {
     if (is_distant() && distance != largest_float) return;
     switch (kind) {
       case Kind::point:
@@ -373,19 +374,19 @@ struct DirectLight {
         break;
       }
       case Kind::parallelogram: {
-        const float at = parallelogram.meet(from, along);
-        if (at > 0.0f && at < distance)
-          add(amount, parallelogram_pdf(at, -dot(parallelogram.normal, along)));
+        const float at = parallelogram.meet(from, along, before);
+        if (at != 0.0f && at < distance)
+          add(amount, parallelogram_pdf(at + before, -dot(parallelogram.normal, along)));
         break;
       }
       case Kind::sphere: {
-        const float height = cap_of_sphere(from);
+        const float height = cap_of_sphere(from - before * along);
         if (!(height > 0.0f)) break;
         const Vec3f way = position - from;
         const float middle = dot(way, along);
         const Vec3f aside = way - middle * along;
-        if (middle > 0.0f && dot(aside, aside) <= radius * radius
-            && distance_to_sphere(way, along) < distance)
+        if (middle > -before && dot(aside, aside) <= radius * radius
+            && distance_to_sphere(way, along, before) < distance)
           add(amount, cone_pdf(height));
         break;
       }
@@ -405,10 +406,10 @@ struct DirectLight {
     const float square = radius * radius / max(dot(way, way), 1e-30f);  // of the half angle's sine
     return square < 1.0f ? square / (1.0f + sqrt(1.0f - square)) : 0.0f;
   }
-  TYN_HD float distance_to_sphere(Vec3f way, Vec3f along) const {
+  TYN_HD float distance_to_sphere(Vec3f way, Vec3f along, float before = 0.0f) const {
     const float middle = dot(way, along);
     const Vec3f aside = way - middle * along;
-    return max(middle - sqrt(max(radius * radius - dot(aside, aside), 0.0f)), 0.0f);
+    return max(middle - sqrt(max(radius * radius - dot(aside, aside), 0.0f)), -before);
   }
 };
 
@@ -438,14 +439,16 @@ struct DirectLights {
 
   /// Calls add(radiance, pdf, group) for each light that the ray meets at less than `distance`;
   /// environments and suns where that is largest_float. \param direction unit \param add pdf as in
-  /// LightSample, as seen from `from`
+  /// LightSample, as seen from where the ray begins: `before` ahead of `from` [length]
   template <class Add>
-  TYN_HD void meet(Vec3f from, Vec3f direction, float distance, Add&& add) const {
+  TYN_HD void meet(Vec3f from, Vec3f direction, float distance, Add&& add,
+                   float before = 0.0f) const {
     for (int i = 0; i < count && lights[i].is_met(); ++i) {
       const DirectLight& light = lights[i];
-      light.meet(from, direction, distance, [&](Vec3f radiance, float pdf) {
-        add(radiance, light.chance * pdf, light.group);
-      });
+      light.meet(
+          from, direction, distance,
+          [&](Vec3f radiance, float pdf) { add(radiance, light.chance * pdf, light.group); },
+          before);
     }
   }
 };

@@ -551,15 +551,18 @@ struct GatherPass {
   TYN_HD void see_lights(Sight& sight, Vec3f direction, float distance) const {
     // The grid may have them as far as the smooth part goes.
     const float rest = is_apart ? 1.0f : sight.rest;
-    lights.meet(sight.onward.origin, direction, distance,
-                [&](Vec3f radiance, float pdf, int group) {
-                  const float share = sight.collisions == 0 ? 1.0f : sight.pdf / (sight.pdf + pdf);
-                  add(sight, (rest * share) * (sight.throughput * radiance),
-                      sight.collisions == 0   ? Part::unscattered
-                      : sight.collisions == 1 ? Part::single
-                                              : Part::multiple,
-                      group);
-                });
+    const float before = sight.collisions == 0 ? camera.before(direction) : 0.0f;
+    lights.meet(
+        sight.onward.origin, direction, distance,
+        [&](Vec3f radiance, float pdf, int group) {
+          const float share = sight.collisions == 0 ? 1.0f : sight.pdf / (sight.pdf + pdf);
+          add(sight, (rest * share) * (sight.throughput * radiance),
+              sight.collisions == 0   ? Part::unscattered
+              : sight.collisions == 1 ? Part::single
+                                      : Part::multiple,
+              group);
+        },
+        before);
   }
 
   /// The path goes on in place of what was read of the grid's light from there.
