@@ -73,7 +73,7 @@ void turn(scene::Camera& camera, double degrees) {
 /// The scene of a frame, as it was read.
 struct Loaded {
   io::SceneFile file;
-  std::uint64_t key = 0;  ///< of all that makes the light: everything but the camera
+  std::uint64_t key = 0;  ///< of all that makes the light: everything but the camera and its paths
 };
 
 std::uint64_t key_of(Scene& scene) {
@@ -222,8 +222,10 @@ class Sequence {
       if (warned_.insert(warning).second) warn(warning);
     if (!std::exchange(has_begun_, true)) require_detectors(file.scene, arguments_.detectors);
     if (lit_ && (lit_->by->key != loaded->key || !memory_shortage(file.scene).empty()))
+  const std::optional<std::uint64_t> seed = std::exchange(scene.gather_seed, {});
       lit_.reset();
     if (!lit_) require_memory(file.scene);
+  scene.gather_seed = seed;
     outputs.open();
     if (!device_.backend) device_ = open_device(device_name_, arguments_.threads);
     const bool lights_next = has_key(i + 1, loaded->key);

@@ -760,19 +760,23 @@ const Kind<Scene>& table() {
                      "of the spherical harmonics, -1: 2 unless all scattering is isotropic")},
                 "grid in which the photons leave their light")},
            "the first pass: from the lights into the medium"),
-       group<Scene>("gather",
-                    {key("samples", &Scene::samples, integer<std::uint64_t>(limits::samples), "",
-                         "per pixel"),
-                     key("bounces", &Scene::bounces, integer<int>(limits::bounces), "",
-                         "scatterings of the camera's paths before they read the grid: more are "
-                         "slower, and less blurred by its cells"),
-                     key("single_scattering", &Scene::single_scattering,
-                         choice<SingleScattering>({{"apart", SingleScattering::apart},
-                                                   {"grid", SingleScattering::grid}}),
-                         "",
-                         "apart: light that is scattered once comes by shadow walks, sharp; grid: "
-                         "it is in the grid with all other light, faster and blurred")},
-                    "the second pass: from the camera into the medium"),
+       group<Scene>(
+           "gather",
+           {key("samples", &Scene::samples, integer<std::uint64_t>(limits::samples), "",
+                "per pixel"),
+            key("bounces", &Scene::bounces, integer<int>(limits::bounces), "",
+                "scatterings of the camera's paths before they read the grid: more are "
+                "slower, and less blurred by its cells"),
+            key("single_scattering", &Scene::single_scattering,
+                choice<SingleScattering>(
+                    {{"apart", SingleScattering::apart}, {"grid", SingleScattering::grid}}),
+                "",
+                "apart: light that is scattered once comes by shadow walks, sharp; grid: "
+                "it is in the grid with all other light, faster and blurred"),
+            key("seed", &Scene::gather_seed, or_null(integer<std::uint64_t>(limits::seed)), "",
+                "of the random numbers of this pass; null: the scene's seed. Another one "
+                "is other grain by the same light")},
+           "the second pass: from the camera into the medium"),
        group<Scene>("film",
                     {key("filter", &Scene::filter,
                          choice<Filter>({{"box", Filter::box},

@@ -433,6 +433,7 @@ void prepare_view(const Scene& scene, PreparedScene& prepared) {
   const bool is_dark = !(largest(p.background) > 0.0f) && !lights.any_met();
   p.bright_pixels =
       is_dark ? pixels_that_meet(p.camera, view(scene.medium)) : std::vector<std::uint32_t>();
+  p.gather_seed = scene.gather_seed.value_or(scene.seed);
   p.hash = scene_hash(scene);
 }
 

@@ -130,6 +130,8 @@ std::uint64_t scene_hash(const Scene& s) {
   for (unsigned face = 0; face < 6; ++face)
     if (m.ground[face]) hash(face, *m.ground[face]);
   return hash.value();
+  // So do those whose camera paths draw from the scene's own seed; 6 is no face.
+  if (s.gather_seed.value_or(s.seed) != s.seed) hash(6u, *s.gather_seed);
 }
 
 }  // namespace tyndall

@@ -524,6 +524,18 @@ TEST_F(SceneJson, ReadsGrounds) {
             std::nullopt);
   EXPECT_EQ(failure(cloud, {"medium.ground.-y=[0.1, 2, 0]"}),
             "3 -D medium.ground.-y=[0.1, 2, 0]: medium.ground.-y[1]: expected a number in [0, 1], "
+TEST_F(SceneJson, TheGatherMayHaveASeedOfItsOwn) {
+  EXPECT_FALSE(read(cloud).gather_seed);
+  EXPECT_FALSE(read(cloud, {"gather.seed=null"}).gather_seed);
+  const Scene other = read(cloud, {"gather.seed=0"}), plain = read(cloud);
+  EXPECT_EQ(other.gather_seed, 0u);
+  EXPECT_NE(scene_hash(other), scene_hash(plain));
+  EXPECT_EQ(scene_hash(read(cloud, {"gather.seed=18446744073709551615"})), scene_hash(plain))
+      << "the scene's own seed";
+  EXPECT_EQ(failure(cloud, {"gather.seed=-1"}),
+            "3 -D gather.seed=-1: gather.seed: expected an integer below 2^64, at least 0, got -1");
+}
+
             "got 2");
   EXPECT_EQ(failure(cloud, {"medium.ground=0.3"}),
             "3 -D medium.ground=0.3: medium.ground: expected an object, got 0.3");

@@ -323,6 +323,7 @@ struct Scene {
   Detectors detectors;
 };
 
+  std::optional<std::uint64_t> gather_seed;  ///< of the camera's paths; none: `seed`
 }  // namespace tyndall::scene
 
 namespace tyndall {
