@@ -375,6 +375,25 @@ TEST(Mesh, is_closed_where_faces_share_places_though_not_vertices) {
   EXPECT_FALSE(load_mesh(Scratch("soup.obj").fill(text), 16).is_open);
 }
 
+TEST(Mesh, goes_on_in_the_next_line_after_a_backslash) {
+  TYNDALL_NEEDS_VOLUMES();
+  const Scratch plain("plain.obj"), broken("broken.obj");
+  std::string text = cube(true);
+  for (std::size_t at = 0; (at = text.find(' ', at)) != std::string::npos; at += 3)
+    text.replace(at, 1, at % 3 == 0 ? " \\\n" : at % 3 == 1 ? "\\\r\n " : " ");
+  const std::string comment = "# C:\\meshes\\\n";  // is no part of the next line
+  ASSERT_NE(text.find('\\'), std::string::npos);
+  const LoadedVolume joined = load_mesh(broken.fill(comment + text), 16);
+  EXPECT_FALSE(joined.is_open);
+  EXPECT_EQ(joined.volume->hash(), load_mesh(plain.fill(cube(true)), 16).volume->hash());
+  try {
+    load_mesh(broken.fill("v 0 \\\n0 0\nv 1 \\\n 0\n"), 16);
+    ADD_FAILURE() << "two coordinates are no vertex";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("line 4: "), std::string::npos) << error.what();
+  }
+}
+
 TEST(Mesh, names_the_line_that_is_wrong) {
   TYNDALL_NEEDS_VOLUMES();
   const Scratch scratch("bad.obj");
