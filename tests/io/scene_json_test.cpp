@@ -108,6 +108,17 @@ TEST_F(SceneJson, ToleratesAByteOrderMark) {
             "3 scene.json:1:2: unexpected ']'; expected string in double quotes");
 }
 
+TEST_F(SceneJson, SaysWhatTextOfTwoBytesACharacterIs) {
+  const std::string text = "{\"tyndall\": 1}";
+  const std::string said = "3 scene.json:1:1: text in UTF-16 or UTF-32: save it as UTF-8";
+  std::string little, big;
+  for (const char c : text) little += {c, '\0'}, big += {'\0', c};
+  EXPECT_EQ(failure("\xff\xfe" + little), said);
+  EXPECT_EQ(failure("\xfe\xff" + big), said);
+  EXPECT_EQ(failure(little), said);
+  EXPECT_EQ(failure(big), said);
+}
+
 TEST_F(SceneJson, GivenKeysWinOverThePreset) {
   const std::string text =
       R"(field={"type": "noise_cloud", "falloff": 2, "preset": "high_variation", "body": {"type": "layer", "height": 0.25}})";
