@@ -28,6 +28,11 @@ constexpr const char* axis_names = "xyz";
 
 glm::dvec3 magnitudes(const glm::dvec3& v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
 
+bool has_detectors(const scene::Detectors& d) {
+  return d.flux[0] > 0 || d.path_length_bins > 0 || d.scattering_bins > 0 || d.exit_angle_bins > 0
+         || d.absorbed[0] > 0;
+}
+
 double largest_density(const scene::Remap& r, double low, double high) {
   const auto clamped = [&](double x) {
     return std::max(std::min(r.scale * x + r.offset, r.high), r.low);  // NaN stays
@@ -703,8 +708,8 @@ class Checker {
     number("detectors.exit_angle.bins", d.exit_angle_bins, limits::bins);
     if (numbers("detectors.absorbed", d.absorbed, 3, limits::voxels_absorbed))
       all_or_none("detectors.absorbed", d.absorbed);
-    if (detects(scene_) && scene_.integrator == Integrator::path)
-      error("detectors", "they count photons, and the integrator path shoots none");
+    if (has_detectors(d) && scene_.integrator == Integrator::path)
+      warning("detectors", "not used: they count photons, and the integrator path shoots none");
   }
 
   template <class Sizes>
@@ -771,9 +776,7 @@ PhaseTableProblem phase_table_problem(const scene::PhaseTable& table) {
 }
 
 bool detects(const Scene& scene) {
-  const scene::Detectors& d = scene.detectors;
-  return d.flux[0] > 0 || d.path_length_bins > 0 || d.scattering_bins > 0 || d.exit_angle_bins > 0
-         || d.absorbed[0] > 0;
+  return scene.integrator == Integrator::photons && has_detectors(scene.detectors);
 }
 
 int needed_illumination_order(const Scene& scene) {

@@ -420,7 +420,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   int exponent = 0;
   std::frexp(std::max(double{out.tables.whole_total[0]}, 1e-30), &exponent);
   out.matter_scale = static_cast<float>(std::ldexp(1.0, 40 - exponent));
-  out.detectors = view(scene.detectors, extent);
+  if (detects(scene)) out.detectors = view(scene.detectors, extent);
   return out;
 }
 
