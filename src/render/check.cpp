@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -52,6 +54,53 @@ double largest_density(const Field& field) {
     return v.is_level_set() ? 1.0 : largest_density(grid->remap, v.minimum(), v.maximum());
   }
   return 1.0;
+}
+
+/// [field unit^3] of a body, or more; infinite where it has no end.
+double space_of(const Everywhere&) { return std::numeric_limits<double>::infinity(); }
+double space_of(const Layer&) { return std::numeric_limits<double>::infinity(); }
+double space_of(const Sphere& s) {
+  return 4 * std::numbers::pi / 3 * s.radius * s.radius * s.radius;
+}
+double space_of(const Ellipsoid& s) {
+  return 4 * std::numbers::pi / 3 * s.radii.x * s.radii.y * s.radii.z;
+}
+double space_of(const Cuboid& s) {
+  const glm::dvec3 extent = s.max - s.min;
+  return extent.x * extent.y * extent.z;
+}
+double space_of(const Torus& s) {
+  return 2 * std::numbers::pi * std::numbers::pi * s.ring_radius * s.tube_radius * s.tube_radius;
+}
+double space_of(const Capsule& s) {
+  return std::numbers::pi * s.radius * s.radius * (glm::length(s.b - s.a) + 4.0 / 3 * s.radius);
+}
+double space_of(const Plume& s) {
+  const double a = s.radius_base, b = s.radius_top;
+  return std::numbers::pi / 3 * s.height * (a * a + a * b + b * b);
+}
+
+/// [field unit^3] of what has matter in it, or may have; infinite where all may. Expects a sound
+/// field.
+double space_of(const Field& field) {
+  const auto of_body = [](const auto& body) {
+    return std::visit([](const auto& shape) { return space_of(shape); }, body);
+  };
+  return std::visit(
+      Overloaded{[&](const scene::Solid& solid) { return of_body(solid.body); },
+                 [&](const scene::NoiseCloud& cloud) { return of_body(cloud.body); },
+                 [](const scene::DenseGrid&) { return 1.0; },
+                 [](const scene::SparseGrid& grid) {
+                   const Volume& v = *grid.volume;
+                   const bool is_everywhere =
+                       !v.is_level_set()
+                       && largest_density(grid.remap, v.background(), v.background()) > 0;
+                   if (is_everywhere || v.active_voxels() == 0) return space_of(Everywhere{});
+                   const glm::dvec3 extent = glm::dvec3(v.high() - v.low()) + 2.0;
+                   return extent.x * extent.y * extent.z
+                          * std::abs(glm::determinant(glm::dmat3(fitted(grid) * v.to_world())));
+                 }},
+      field);
 }
 
 /// Lengths and angles are judged in double precision: what is parallel to 1e-6 is parallel.
@@ -210,12 +259,28 @@ class Checker {
   }
 
   void component(const std::string& path, const scene::Component& c) {
+    const std::size_t errors = problems_.errors.size();
     if (number(path + ".extinction", c.extinction, limits::extinction)) extinction(path, c);
     vector(path + ".albedo", c.albedo, limits::albedo);
     phase(path + ".phase", c.phase);
     transform(path + ".transform", c.transform);
     field(path + ".field", c, c.field);
     emission(path + ".emission", c);
+    if (problems_.errors.size() == errors) size(path, c);
+  }
+
+  /// Matter of one unit in a box of another is a speck that few photons find.
+  void size(const std::string& path, const scene::Component& c) {
+    const glm::dvec3 box = scene_.medium.box_max - scene_.medium.box_min;
+    const double share = space_of(c.field) * std::abs(glm::determinant(glm::dmat3(c.transform)))
+                         / (box.x * box.y * box.z);
+    constexpr double least = 1e-6;
+    if (share > 0 && share < least)
+      warning(
+          path + ".transform",
+          fmt::format("its matter has {:.1g} of the space in medium.box: was a scale forgotten? "
+                      "Give the component a transform, or the box its size",
+                      share));
   }
 
   void phase(const std::string& path, const scene::Phase& phase) {
