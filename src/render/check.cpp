@@ -28,12 +28,12 @@ using namespace scene;
 
 constexpr const char* axis_names = "xyz";
 
-glm::dvec3 magnitudes(const glm::dvec3& v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
-
 bool has_detectors(const scene::Detectors& d) {
   return d.flux[0] > 0 || d.path_length_bins > 0 || d.scattering_bins > 0 || d.exit_angle_bins > 0
          || d.absorbed[0] > 0;
 }
+
+glm::dvec3 magnitudes(const glm::dvec3& v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
 
 double largest_density(const scene::Remap& r, double low, double high) {
   const auto clamped = [&](double x) {
@@ -330,7 +330,9 @@ class Checker {
     if (c.extinction == 0)
       warning(path + ".extinction", "with extinction 0 this component does nothing");
     const double densest = largest_density(c.field);
-    if (densest == 0)
+    const auto* grid = std::get_if<scene::SparseGrid>(&c.field);
+    const bool is_empty = grid && grid->volume && grid->volume->active_voxels() == 0;  // as is said
+    if (densest == 0 && !is_empty)
       warning(path + ".field", "its density is 0 everywhere: this component does nothing");
     const double across = glm::length(scene_.medium.box_max - scene_.medium.box_min);
     constexpr double most = 2e6;
@@ -460,6 +462,16 @@ class Checker {
           path, fmt::format("outside of medium.box: its voxels are in [{:.6g}, {:.6g}, {:.6g}] "
                             "to [{:.6g}, {:.6g}, {:.6g}]; move it, or the box",
                             box.low.x, box.low.y, box.low.z, box.high.x, box.high.y, box.high.z));
+    }
+    const double slack = 1e-6 * glm::length(box.high - box.low);
+    for (int a = 0; grid.fit_box && a < 3; ++a) {
+      if (box.high[a] <= scene_.medium.box_max[a] + slack
+          && box.low[a] >= scene_.medium.box_min[a] - slack)
+        continue;
+      return warning(
+          path,
+          "fitted as another frame is, it reaches beyond medium.box, which cuts it: leave "
+          "the box out, make it larger, or scale by the component's transform");
     }
   }
 

@@ -524,17 +524,6 @@ TEST_F(SceneJson, SchemaAndDefaultsNameTheSameKeys) {
   EXPECT_FALSE(perspective.contains("required"));  // not even a type
 }
 
-TEST_F(SceneJson, ReadsGrounds) {
-  EXPECT_EQ(read(cloud).medium.ground, (decltype(Medium::ground){}));
-  const Scene scene = read(cloud, {R"(medium.ground={"-y": 0.25, "+z": [0.1, 0.2, 0.3]})"});
-  decltype(Medium::ground) expected;
-  expected[2] = glm::dvec3(0.25);
-  expected[5] = {0.1, 0.2, 0.3};
-  EXPECT_EQ(scene.medium.ground, expected);
-  EXPECT_EQ(read(cloud, {"medium.ground.-y=0.25", "medium.ground.-y=null"}).medium.ground[2],
-            std::nullopt);
-  EXPECT_EQ(failure(cloud, {"medium.ground.-y=[0.1, 2, 0]"}),
-            "3 -D medium.ground.-y=[0.1, 2, 0]: medium.ground.-y[1]: expected a number in [0, 1], "
 TEST_F(SceneJson, TheGatherMayHaveASeedOfItsOwn) {
   EXPECT_FALSE(read(cloud).gather_seed);
   EXPECT_FALSE(read(cloud, {"gather.seed=null"}).gather_seed);
@@ -547,6 +536,17 @@ TEST_F(SceneJson, TheGatherMayHaveASeedOfItsOwn) {
             "3 -D gather.seed=-1: gather.seed: expected an integer below 2^64, at least 0, got -1");
 }
 
+TEST_F(SceneJson, ReadsGrounds) {
+  EXPECT_EQ(read(cloud).medium.ground, (decltype(Medium::ground){}));
+  const Scene scene = read(cloud, {R"(medium.ground={"-y": 0.25, "+z": [0.1, 0.2, 0.3]})"});
+  decltype(Medium::ground) expected;
+  expected[2] = glm::dvec3(0.25);
+  expected[5] = {0.1, 0.2, 0.3};
+  EXPECT_EQ(scene.medium.ground, expected);
+  EXPECT_EQ(read(cloud, {"medium.ground.-y=0.25", "medium.ground.-y=null"}).medium.ground[2],
+            std::nullopt);
+  EXPECT_EQ(failure(cloud, {"medium.ground.-y=[0.1, 2, 0]"}),
+            "3 -D medium.ground.-y=[0.1, 2, 0]: medium.ground.-y[1]: expected a number in [0, 1], "
             "got 2");
   EXPECT_EQ(failure(cloud, {"medium.ground=0.3"}),
             "3 -D medium.ground=0.3: medium.ground: expected an object, got 0.3");

@@ -434,6 +434,10 @@ Json VdbFile::load(std::size_t grid) {
   });
 }
 
+Json grid_without_voxels() {
+  return with_openvdb([] { return store(*openvdb::FloatGrid::create()); });
+}
+
 Json voxelize(int voxels) {
   Mesh mesh = read_mesh();
   const bool is_closed = mesh.is_closed;
