@@ -288,6 +288,54 @@ TEST_F(CliTest, AuditsNoBoundsWhereTheSamplerUsesNone) {
   EXPECT_NE(outcome.err.find("bounds   not used"), std::string::npos) << outcome.err;
 }
 
+/// The three numbers after `key` in JSON.
+std::vector<double> rgb(const std::string& json, const std::string& key) {
+  std::vector<double> values(3);
+  const std::size_t at = json.find("\"" + key + "\": [");
+  if (at == std::string::npos) return {};
+  std::istringstream numbers(json.substr(json.find('[', at) + 1));
+  char comma;
+  numbers >> values[0] >> comma >> values[1] >> comma >> values[2];
+  return values;
+}
+
+TEST_F(CliTest, DetectorsAccountForAllPower) {
+  ASSERT_EQ(run({"render", "scene.json", "-o", "a.pfm", "--detectors", "d.json", "-D",
+                 "detectors.absorbed=1", "-D", "detectors.flux=[1,1]"})
+                .code,
+            0);
+  const std::string json = contents(folder_ / "d.json");
+  const auto shot = rgb(json, "shot"), absorbed = rgb(json, "absorbed");
+  ASSERT_EQ(shot.size(), 3u) << json;
+  for (std::size_t c = 0; c < 3; ++c) {
+    double sum = 0;
+    for (const char* term : {"missed", "escaped", "absorbed", "roulette", "stalled"})
+      sum += rgb(json, term).at(c);
+    EXPECT_NEAR(sum, shot[c], 1e-12 * shot[c]) << json;
+    EXPECT_GT(absorbed[c], 0.0);
+    EXPECT_NE(rgb(json, "roulette").at(c), 0.0) << "0 on average alone";
+  }
+  const std::size_t voxel = json.find("\"size\": [1, 1, 1]");
+  ASSERT_NE(voxel, std::string::npos) << json;
+  std::string inner = json.substr(json.find("[[", voxel) + 1);
+  EXPECT_EQ(rgb("\"p\": " + inner, "p"), absorbed) << "the one voxel has all of it";
+}
+
+TEST_F(CliTest, PathsHaveNoUseForDetectors) {
+  const Outcome outcome = run({"render", "scene.json", "-o", "a.pfm", "-D", "integrator=path", "-D",
+                               "detectors.flux=[2,2]", "-D", "detectors.scatterings.bins=4"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  const std::size_t first = outcome.err.find("the integrator path shoots none");
+  EXPECT_NE(first, std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find("detectors", first), std::string::npos) << "one line\n" << outcome.err;
+  EXPECT_EQ(names(), (std::set<std::string>{"a.pfm", "scene.json"}));
+  const Outcome refused = run({"render", "scene.json", "-o", "b.pfm", "-D", "integrator=path", "-D",
+                               "detectors.flux=[2,2]", "--detectors", "d.json"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("--detectors d.json: they count photons"), std::string::npos)
+      << refused.err;
+}
+
 TEST_F(CliTest, WritesTheSameBytesForTheSameSeed) {
   std::vector<std::string> arguments{"render", "scene.json", "-o", "1.pfm", "--photons", "2e3"};
   if (exr_) arguments.insert(arguments.end(), {"-o", "1.exr"});
@@ -789,10 +837,11 @@ TEST_F(SequenceTest, OneSceneThatCannotBeDoesNotEndTheOthers) {
 TEST_F(SequenceTest, AFrameWithoutVoxelsIsAFrameWithoutMatter) {
   if (!copy_volumes({"sim.01.vdb", "sim.02.vdb", "sim.03.vdb", "late.01.vdb", "late.02.vdb"}))
     GTEST_SKIP() << "built without OpenVDB";
+  const std::string thin = "medium.components[0].extinction=0.05";
   const std::string box = R"(medium.box={"min":[-20,-20,-20],"max":[20,60,20]})";
   const std::string look =
       R"(camera={"position":[0,0,-60],"look_at":[0,0,0],"resolution":[16,16]})";
-  const Outcome middle = sequence("1:3", {vdb("sim.##.vdb"), box, look});
+  const Outcome middle = sequence("1:3", {vdb("sim.##.vdb"), box, look, thin});
   EXPECT_EQ(middle.code, 0) << middle.err;
   EXPECT_GT(mean("f.01.pfm"), 0.0);
   EXPECT_EQ(mean("f.02.pfm"), 0.0);
@@ -837,8 +886,10 @@ TEST_F(SequenceTest, AGridThatOneFrameLacksIsEmptyThere) {
   EXPECT_TRUE(says(none, R"(it has no grid "desnity"; its grids: "density")")) << none.err;
   EXPECT_FALSE(says(none, "frame    2 ")) << none.err;
   // Inside of a surface of no faces nothing is, whatever its background.
+  fs::remove(folder_ / "f.01.pfm");
   const Outcome surface = sequence("1", {vdb("surface.##.vdb"), look, "background=1"});
   EXPECT_EQ(surface.code, 0) << surface.err;
+  EXPECT_EQ(mean("f.01.pfm"), 1.0);
 }
 
 TEST_F(SequenceTest, IsFittedOnceForAllFrames) {
