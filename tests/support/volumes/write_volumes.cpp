@@ -203,8 +203,8 @@ void sequences() {
   write("sim.01", {ball(), ball("temperature")});
   write("sim.02", {named("density"), named("temperature")});
   auto grown = ball();
-  for (auto v = ball("", {0, 30, 0})->cbeginValueOn(); v; ++v)
-    grown->tree().setValue(v.getCoord(), *v);
+  const auto above = ball("", {0, 30, 0});
+  for (auto v = above->cbeginValueOn(); v; ++v) grown->tree().setValue(v.getCoord(), *v);
   write("sim.03", {grown});
   write("sim.04", {});
   write("late.01", {named("density")});
