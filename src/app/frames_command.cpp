@@ -253,13 +253,17 @@ class Sequence {
     // What is wrong is said before hours of work: with the names of all, with the first and with
     // the last.
     frames_.look_up();
-    for (const std::size_t i : {std::size_t{0}, frames_.size() - 1}) {
+    const std::size_t last = frames_.size() - 1;
+    for (const std::size_t i : {std::size_t{0}, last}) {
       try {
         scene_of(i);
-      } catch (const io::UnreadableFrame&) {  // is said in its turn
+      } catch (const Error& error) {
+        const bool is_of_frame = dynamic_cast<const io::UnreadableFrame*>(&error) != nullptr;
+        if (!is_of_frame && (i == 0 || error.code() != ExitCode::scene_invalid)) throw;
+        warn(fmt::format("frame {} is left out unless this changes: {}", frames_.number(i), error.what()));
       }
     }
-    if (frames_.size() > 1) scenes_.erase(frames_.size() - 1);  // its volumes may be large
+    if (last > 0) scenes_.erase(last);  // its volumes may be large
     catch_signals(5.0);
     for (std::size_t i = 0; i < frames_.size(); ++i) {
       if (!render_frame_or_stop(i)) {
