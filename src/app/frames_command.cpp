@@ -260,7 +260,8 @@ class Sequence {
       } catch (const Error& error) {
         const bool is_of_frame = dynamic_cast<const io::UnreadableFrame*>(&error) != nullptr;
         if (!is_of_frame && (i == 0 || error.code() != ExitCode::scene_invalid)) throw;
-        warn(fmt::format("frame {} is left out unless this changes: {}", frames_.number(i), error.what()));
+        warn(fmt::format("frame {} is left out unless this changes: {}", frames_.number(i),
+                         error.what()));
       }
     }
     if (last > 0) scenes_.erase(last);  // its volumes may be large
