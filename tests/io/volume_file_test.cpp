@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -378,11 +379,15 @@ TEST(Mesh, is_closed_where_faces_share_places_though_not_vertices) {
 TEST(Mesh, goes_on_in_the_next_line_after_a_backslash) {
   TYNDALL_NEEDS_VOLUMES();
   const Scratch plain("plain.obj"), broken("broken.obj");
-  std::string text = cube(true);
-  for (std::size_t at = 0; (at = text.find(' ', at)) != std::string::npos; at += 3)
-    text.replace(at, 1, at % 3 == 0 ? " \\\n" : at % 3 == 1 ? "\\\r\n " : " ");
+  std::string text;
+  int blanks = 0;
+  for (const char c : cube(true)) {
+    if (c != ' ')
+      text += c;
+    else
+      text += std::array{" ", " \\\n", "\\\r\n "}[static_cast<std::size_t>(blanks++ % 3)];
+  }
   const std::string comment = "# C:\\meshes\\\n";  // is no part of the next line
-  ASSERT_NE(text.find('\\'), std::string::npos);
   const LoadedVolume joined = load_mesh(broken.fill(comment + text), 16);
   EXPECT_FALSE(joined.is_open);
   EXPECT_EQ(joined.volume->hash(), load_mesh(plain.fill(cube(true)), 16).volume->hash());
