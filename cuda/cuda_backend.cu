@@ -176,7 +176,7 @@ class CudaBackend final : public Backend {
       return run_pass(
                  GatherPass<Medium, Sampler>{
                      medium, sampler, camera_, field_, direct_lights_, scene_->background,
-                     scene_->bounces, scene_->is_apart, scene_->seed, samples,
+                     scene_->bounces, scene_->is_apart, scene_->gather_seed, samples,
                      Film{scene_->film_width, scene_->film_height, scene_->film_unit,
                           pixels_.data(), clamped_.data(),
                           scene_->groups.empty() ? nullptr : groups_.data(),

@@ -70,16 +70,162 @@ void turn(scene::Camera& camera, double degrees) {
   camera.position = camera.look_at + glm::dmat3(rotation) * (camera.position - camera.look_at);
 }
 
+/// The scenes of a sequence, before they are rendered.
+class Frames {
+ public:
+  Frames(const std::string& scene, const std::vector<std::string>& overrides,
+         const FrameRange& range)
+      : scene_(scene), overrides_(overrides) {
+    for (int frame = range.first; frame <= range.last; frame += range.step)
+      numbers_.push_back(frame);
+  }
+
+  std::size_t size() const { return numbers_.size(); }
+  /// Of frame `i`, or of one more.
+  int number(std::size_t i) const { return i < size() ? numbers_[i] : numbers_.back() + 1; }
+  std::string title(std::size_t i) const {
+    return fmt::format("frame    {} ({} of {})", number(i), i + 1, size());
+  }
+  std::string in_frame(const std::string& text, std::size_t i) const {
+    return of_frame(text, number(i), share(i));
+  }
+  double share(std::size_t i) const { return static_cast<double>(i) / static_cast<double>(size()); }
+
+  /// Looks for the files of all frames; warns of those that some lack.
+  /// \throws Error where a scene is wrong, or where a file is missing that all frames want.
+  void look_up() {
+    std::vector<std::vector<io::NamedFile>> files;
+    std::map<std::string, std::vector<std::string>> paths;
+    for (std::size_t i = 0; i < size(); ++i) {
+      files.push_back(names_of(i));
+      for (const io::NamedFile& file : files.back()) paths[file.key].push_back(file.path);
+    }
+    std::map<std::string, std::string> more;  // of a frame that is not rendered
+    for (const io::NamedFile& file : names_of(size())) more[file.key] = file.path;
+    for (auto& [key, all] : paths) {
+      const auto differs = [&](const std::string& path) { return path != all[0]; };
+      // Where one frame is rendered by itself, its files are numbered, too.
+      if (std::any_of(all.begin(), all.end(), differs)
+          || (more.contains(key) && differs(more[key])))
+        sequence_.numbered.emplace(key, std::move(all));
+    }
+    std::vector<int> lacking;
+    std::string first;
+    for (std::size_t i = 0; i < size(); ++i) {
+      for (const io::NamedFile& file : files[i]) {
+        std::error_code error;
+        if (fs::exists(file.path, error)) continue;
+        if (!sequence_.numbered.contains(file.key)) read(i);  // which says where it is named
+        if (first.empty()) first = file.path;
+        lacking.push_back(number(i));
+        break;
+      }
+    }
+    if (lacking.empty()) return;
+    if (lacking.size() == size())
+      throw Error(ExitCode::input_missing,
+                  fmt::format("{}: no such file; every frame lacks one", first));
+    warn(fmt::format("{} of {} frames lack a file, such as {}: {}", lacking.size(), size(), first,
+                     listed(lacking)));
+  }
+
+  /// \throws Error; io::UnreadableFrame where files of this frame alone are wrong.
+  io::SceneFile read(std::size_t i) {
+    const std::size_t known = sequence_.fits.size();
+    io::SceneFile file = io::read_scene(
+        scene_, overrides_of(i), [&](const std::string& text) { return in_frame(text, i); },
+        &sequence_);
+    if (sequence_.fits.size() > known)
+      for (const auto& [key, fit] : sequence_.fits)
+        if (!fit.file.empty() && is_fit_said_.insert(key).second)
+          say(fmt::format("fit      {}: in all frames as in {}\n", key, fit.file));
+    return file;
+  }
+
+  /// Says that a frame cannot be read, and goes on. \throws the error where other frames would be
+  /// no better.
+  void fail(std::size_t i, const Error& error) {
+    const bool is_of_frame = dynamic_cast<const io::UnreadableFrame*>(&error) != nullptr;
+    if (!is_of_frame && error.code() != ExitCode::scene_invalid) throw;
+    say(fmt::format("{}: cannot be read\n{}\n", title(i), error.what()));
+    failed_.push_back({number(i), error.code(), error.what()});
+  }
+
+  /// Lists the frames that could not be read. \return input_missing or scene_invalid, or done where
+  /// there is none
+  ExitCode failures() const {
+    if (failed_.empty()) return ExitCode::done;
+    constexpr std::size_t most = 20;
+    std::vector<int> numbers;
+    std::string reasons;
+    bool is_input = false;
+    for (const Failed& frame : failed_) {
+      is_input = is_input || frame.code == ExitCode::input_missing;
+      numbers.push_back(frame.number);
+      if (numbers.size() <= most) reasons += fmt::format("{}\n", frame.message);
+    }
+    say(fmt::format("tyndall: {} of {} frames could not be read: {}\n{}", numbers.size(), size(),
+                    listed(numbers), reasons));
+    return is_input ? ExitCode::input_missing : ExitCode::scene_invalid;
+  }
+
+ private:
+  struct Failed {
+    int number;
+    ExitCode code;
+    std::string message;
+  };
+
+  /// "3, 7-12, 40", of ascending numbers, in the steps of the sequence.
+  std::string listed(const std::vector<int>& numbers) const {
+    const int step = size() > 1 ? numbers_[1] - numbers_[0] : 1;
+    std::string text;
+    for (std::size_t first = 0; first < numbers.size();) {
+      std::size_t last = first;
+      while (last + 1 < numbers.size() && numbers[last + 1] - numbers[last] == step) ++last;
+      text += fmt::format("{}{}", text.empty() ? "" : ", ", numbers[first]);
+      if (last > first) text += fmt::format("-{}", numbers[last]);
+      first = last + 1;
+    }
+    return text;
+  }
+
+  std::vector<std::string> overrides_of(std::size_t i) const {
+    std::vector<std::string> overrides = overrides_;
+    for (std::string& text : overrides) text = in_frame(text, i);
+    return overrides;
+  }
+
+  std::vector<io::NamedFile> names_of(std::size_t i) const {
+    try {
+      return io::scene_files(scene_, overrides_of(i),
+                             [&](const std::string& text) { return in_frame(text, i); });
+    } catch (const Error& error) {
+      if (i == size()) return {};  // one more need not be a scene
+      throw;
+    }
+  }
+
+  const std::string& scene_;
+  const std::vector<std::string>& overrides_;
+  std::vector<int> numbers_;
+  io::SequenceFiles sequence_;
+  std::set<std::string> is_fit_said_;
+  std::vector<Failed> failed_;
+};
+
 /// The scene of a frame, as it was read.
 struct Loaded {
   io::SceneFile file;
-  std::uint64_t key = 0;  ///< of all that makes the light: everything but the camera
+  std::uint64_t key = 0;  ///< of all that makes the light: everything but the camera and its paths
 };
 
 std::uint64_t key_of(Scene& scene) {
   scene::Camera camera = std::exchange(scene.camera, {});
+  const std::optional<std::uint64_t> seed = std::exchange(scene.gather_seed, {});
   const std::uint64_t key = scene_hash(scene);
   scene.camera = std::move(camera);
+  scene.gather_seed = seed;
   return key;
 }
 
@@ -99,48 +245,60 @@ class Sequence {
  public:
   explicit Sequence(const RenderArguments& arguments)
       : arguments_(arguments),
+        frames_(arguments.scene, arguments.overrides, *arguments.frames),
         device_name_(parse_device(arguments.device)),
         meter_(progress_style(arguments.progress)) {}
 
   ExitCode run() {
-    const FrameRange& range = *arguments_.frames;
-    for (int frame = range.first; frame <= range.last; frame += range.step)
-      frames_.push_back(frame);
-    // What is wrong with the first or the last is said before hours of work.
-    scene_of(0);
-    scene_of(frames_.size() - 1);
-    if (frames_.size() > 1) scenes_.erase(frames_.size() - 1);  // its volumes may be large
+    // What is wrong is said before hours of work: with the names of all, with the first and with
+    // the last.
+    frames_.look_up();
+    const std::size_t last = frames_.size() - 1;
+    for (const std::size_t i : {std::size_t{0}, last}) {
+      try {
+        scene_of(i);
+      } catch (const Error& error) {
+        const bool is_of_frame = dynamic_cast<const io::UnreadableFrame*>(&error) != nullptr;
+        if (!is_of_frame && (i == 0 || error.code() != ExitCode::scene_invalid)) throw;
+        warn(fmt::format("frame {} is left out unless this changes: {}", frames_.number(i),
+                         error.what()));
+      }
+    }
+    if (last > 0) scenes_.erase(last);  // its volumes may be large
     catch_signals(5.0);
     for (std::size_t i = 0; i < frames_.size(); ++i) {
       if (!render_frame_or_stop(i)) {
+        frames_.failures();
         say(fmt::format("tyndall: stopped by a signal in frame {}; the same line goes on there\n",
-                        frames_[i]));
+                        frames_.number(i)));
         return static_cast<ExitCode>(128 + caught_signal());
       }
       scenes_.erase(i);
     }
-    return ExitCode::done;
+    return frames_.failures();
   }
 
  private:
-  double share(std::size_t i) const {
-    return static_cast<double>(i) / static_cast<double>(frames_.size());
-  }
-
   const std::shared_ptr<Loaded>& scene_of(std::size_t i) {
     if (const auto known = scenes_.find(i); known != scenes_.end()) return known->second;
-    std::vector<std::string> overrides = arguments_.overrides;
-    for (std::string& text : overrides) text = of_frame(text, frames_[i], share(i));
-    io::SceneFile file = io::read_scene(arguments_.scene, overrides, [&](const std::string& text) {
-      return of_frame(text, frames_[i], share(i));
-    });
+    io::SceneFile file = frames_.read(i);
     if (arguments_.turntable != 0) {
       if (file.scene.camera.matrix)
         usage_error("--turntable: turns a camera about its look_at, and this one has a matrix");
-      turn(file.scene.camera, arguments_.turntable * share(i));
+      turn(file.scene.camera, arguments_.turntable * frames_.share(i));
     }
     const std::uint64_t key = key_of(file.scene);
     return scenes_.emplace(i, std::make_shared<Loaded>(Loaded{std::move(file), key})).first->second;
+  }
+
+  /// \return the scene, or nothing where it cannot be read, which is said.
+  std::shared_ptr<const Loaded> scene_or_failure(std::size_t i) {
+    try {
+      return scene_of(i);
+    } catch (const Error& error) {
+      frames_.fail(i, error);
+      return nullptr;
+    }
   }
 
   /// Whether the light of frame `i` has the key; not where it cannot be read, which is said in its
@@ -175,13 +333,18 @@ class Sequence {
 #if TYNDALL_OPENEXR
     for (const std::string& path : paths) {
       if (extension_of(path) != ".exr") continue;
-      const std::string expected = fmt::format("{:016x}", scene_hash(scene_of(i)->file.scene));
-      for (const auto& [key, value] : provenance_of(path)) {
-        if (key == "tyndall.scene_hash" && value != expected)
+      std::map<std::string, std::string> header;
+      for (auto& [key, value] : provenance_of(path)) header[key] = value;
+      if (header.contains("tyndall.complete") && header["tyndall.complete"] != "true")
+        return false;  // of a render that was left
+      if (!header.contains("tyndall.scene_hash")) continue;
+      try {
+        if (header["tyndall.scene_hash"]
+            != fmt::format("{:016x}", scene_hash(scene_of(i)->file.scene)))
           usage_error(fmt::format(
               "{}: is there already, of another scene: remove it, or name others", path));
-        if (key == "tyndall.complete" && value != "true")
-          return false;  // of a render that was left
+      } catch (const io::UnreadableFrame&) {
+        warn(fmt::format("{}: is kept, but what it shows cannot be read any more", path));
       }
     }
 #else
@@ -202,20 +365,20 @@ class Sequence {
 
   /// The same, or throws Stopped.
   bool render_frame(std::size_t i) {
-    const int frame = frames_[i];
-    const auto numbered = [&](const std::string& path) { return of_frame(path, frame, share(i)); };
+    const int frame = frames_.number(i);
+    const auto numbered = [&](const std::string& path) { return frames_.in_frame(path, i); };
     Outputs outputs;
     for (const std::string& path : arguments_.outputs) outputs.add(numbered(path));
     outputs.add_reports(arguments_.report.empty() ? "" : numbered(arguments_.report),
                         arguments_.detectors.empty() ? "" : numbered(arguments_.detectors));
     outputs.refuse_repeats();
-    const std::string title = fmt::format("frame    {} ({} of {})", frame, i + 1, frames_.size());
     if (is_there(outputs.paths(), i)) {
-      say(title + ": is there already\n");
+      say(frames_.title(i) + ": is there already\n");
       return true;
     }
-    say(title + "\n");
-    const std::shared_ptr<const Loaded> loaded = scene_of(i);
+    const std::shared_ptr<const Loaded> loaded = scene_or_failure(i);
+    if (!loaded) return true;
+    say(frames_.title(i) + "\n");
     const io::SceneFile& file = loaded->file;
     refuse_inputs(file.inputs, outputs.paths());
     for (const std::string& warning : file.warnings)
@@ -309,12 +472,12 @@ class Sequence {
   };
 
   const RenderArguments& arguments_;
+  Frames frames_;
   const DeviceName device_name_;
   Device device_;
   ProgressMeter meter_;
   bool has_begun_ = false;
-  std::set<std::string> warned_;  // once for all frames
-  std::vector<int> frames_;
+  std::set<std::string> warned_;                           // once for all frames
   std::map<std::size_t, std::shared_ptr<Loaded>> scenes_;  // that are still to be rendered
   std::optional<Lit> lit_;
   bool may_keep_ = true;  // there was room for it so far
@@ -344,6 +507,28 @@ std::string of_frame(const std::string& text, int frame, double t) {
     }
   }
   return out;
+}
+
+ExitCode validate_frames(const RenderArguments& arguments) {
+  Frames frames(arguments.scene, arguments.overrides, *arguments.frames);
+  frames.look_up();
+  std::set<std::string> said;
+  const auto warn_once = [&](const std::string& text) {
+    if (!text.empty() && said.insert(text).second) warn(text);
+  };
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    try {
+      const io::SceneFile file = frames.read(i);
+      for (const std::string& warning : file.warnings) warn_once(warning);
+      warn_once(memory_shortage(file.scene));
+    } catch (const Error& error) {
+      frames.fail(i, error);
+    }
+  }
+  const ExitCode code = frames.failures();
+  if (code == ExitCode::done)
+    print(fmt::format("{}: valid in {} frames\n", arguments.scene, frames.size()));
+  return code;
 }
 
 ExitCode frames_command(const RenderArguments& arguments) {

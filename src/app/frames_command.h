@@ -10,8 +10,14 @@ namespace tyndall::app {
 /// "{frame}" as its number and "{t}" as the share of the sequence before it.
 std::string of_frame(const std::string& text, int frame, double t);
 
+/// Reads the scenes of arguments.frames, and says what is wrong with each.
+/// \return as frames_command() \throws Error where it is wrong with all of them
+ExitCode validate_frames(const RenderArguments& arguments);
+
 /// Renders arguments.frames. Frames whose pictures are there are left out, so that the same line
-/// goes on after a stop; where only the camera moves the photons are shot once.
+/// goes on after a stop; where only the camera moves the photons are shot once. Frames that cannot
+/// be read are left out, too, and listed at the end.
+/// \return done; input_missing or scene_invalid where frames could not be read; 128 and the signal
 /// \throws Error, Stopped
 ExitCode frames_command(const RenderArguments& arguments);
 

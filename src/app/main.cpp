@@ -161,6 +161,11 @@ FrameRange read_frames(const std::string& text) {
     ++at;
   }
   if (count == 1) range.last = range.first;
+  if (text.find('-') != text.npos)
+    throw Error(ExitCode::usage,
+                fmt::format("--frames {}: frames are numbered from 0 on; number the files anew, or "
+                            "write what depends on the frame with {{t}}",
+                            text));
   if (at != end || text.ends_with(':') || count < 1 || range.first < 0 || range.last < range.first
       || range.step < 1 || range.last > 100000000) {
     throw Error(
@@ -192,6 +197,13 @@ void add_scene(CLI::App& command, std::string& scene, std::vector<std::string>& 
       .add_option("-D,--define", overrides, "Replaces a value of the scene, e.g. -D camera.fov=30")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false);
+}
+
+void add_frames(CLI::App& command, std::optional<FrameRange>& frames, const std::string& help) {
+  command
+      .add_option_function<std::string>(
+          "--frames", [&frames](const std::string& text) { frames = read_frames(text); }, help)
+      ->type_name("A[:B[:STEP]]");
 }
 
 /// Where it works, and what it shows of that.
@@ -290,11 +302,8 @@ int run(int argc, char** argv) {
       ->type_name("TIME")
       ->needs(preview)  // by name, CLI11 would not survive a lack of memory
       ->transform(duration(false));
-  render
-      ->add_option_function<std::string>(
-          "--frames", [&](const std::string& text) { arguments.frames = read_frames(text); },
-          "A sequence: ## in names, {frame} and {t} in the scene and -D are each frame's")
-      ->type_name("A[:B[:STEP]]");
+  add_frames(*render, arguments.frames,
+             "A sequence: ## in names, {frame} and {t} in the scene and -D are each frame's");
   render
       ->add_option("--turntable", arguments.turntable,
                    "The camera turns by so many degrees about what it looks at")
@@ -343,6 +352,7 @@ int run(int argc, char** argv) {
 
   CLI::App* validate = app.add_subcommand("validate", "Finds every error of a scene");
   add_scene(*validate, arguments.scene, arguments.overrides);
+  add_frames(*validate, arguments.frames, "The scenes of a sequence, each with its volumes");
   CLI::App* info =
       app.add_subcommand("info", "Tells what is in a volume, mesh, scene, picture or part");
   std::string described;
@@ -406,6 +416,7 @@ int run(int argc, char** argv) {
   if (is_other_rank()) return 0;
   if (*bake) return static_cast<int>(bake_command(baking));
   if (*merge) merge_command(merging);
+  if (*validate && arguments.frames) return static_cast<int>(validate_frames(arguments));
   if (*validate) {
     const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
     for (const std::string& warning : file.warnings) warn(warning);

@@ -156,9 +156,12 @@ bool is_part(const std::string& path) { return extension_of(path) == ".tyn"; }
 void require_detectors(const Scene& scene, const std::string& detectors) {
   if (!detectors.empty() && !detects(scene)) {
     usage_error(
-        fmt::format("--detectors {}: the scene has none; add \"detectors\" to it, such as "
-                    "-D detectors.flux=[64,64]",
-                    detectors));
+        scene.integrator == scene::Integrator::path
+            ? fmt::format("--detectors {}: they count photons, and the integrator path shoots none",
+                          detectors)
+            : fmt::format("--detectors {}: the scene has none; add \"detectors\" to it, such as "
+                          "-D detectors.flux=[64,64]",
+                          detectors));
   }
   if (detects(scene) && detectors.empty())
     warn("the scene's detectors are written nowhere: add --detectors FILE");

@@ -122,7 +122,7 @@ class CpuBackend final : public Backend {
           scene_->background,
           scene_->bounces,
           scene_->is_apart,
-          scene_->seed,
+          scene_->gather_seed,
           samples,
           Film{scene_->film_width, scene_->film_height, scene_->film_unit, film_.pixels.data(),
                &film_.clamped, film_.groups.empty() ? nullptr : film_.groups.data(),

@@ -2,25 +2,46 @@
 
 #include <cmath>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "render/account.h"
+
 namespace tyndall::io {
 namespace {
 
+/// \return an RGB power as a list.
+std::string watts(const RenderResult& result, const std::int64_t* sum) {
+  const double unit = std::ldexp(result.photon_power, -24);
+  return fmt::format("[{}, {}, {}]", unit * static_cast<double>(sum[0]),
+                     unit * static_cast<double>(sum[1]), unit * static_cast<double>(sum[2]));
+}
+
 /// \return the RGB powers of `count` bins as a list of lists.
 std::string watts(const RenderResult& result, std::size_t begin, std::size_t count) {
-  const double unit = std::ldexp(result.photon_power, -24);
   std::string text = "[";
-  for (std::size_t i = begin; i < begin + count; ++i) {
-    const std::int64_t* sum = result.detected.data() + 3 * i;
-    text +=
-        fmt::format("{}[{}, {}, {}]", i == begin ? "" : ", ", unit * static_cast<double>(sum[0]),
-                    unit * static_cast<double>(sum[1]), unit * static_cast<double>(sum[2]));
-  }
+  for (std::size_t i = begin; i < begin + count; ++i)
+    text += (i == begin ? "" : ", ") + watts(result, result.detected.data() + 3 * i);
   return text + "]";
+}
+
+/// Where all power went: what was shot, and what adds up to it.
+std::string account(const RenderResult& result) {
+  using Count = Ledger::Count;
+  const std::pair<const char*, Count Balance::*> terms[] = {
+      {"shot", &Balance::shot},          {"missed", &Balance::missed},
+      {"escaped", &Balance::escaped},    {"absorbed", &Balance::absorbed},
+      {"roulette", &Balance::rouletted}, {"stalled", &Balance::stalled}};
+  std::string text = R"({"unit": "W")";
+  for (const auto& [name, term] : terms) {
+    Count sums[3];
+    for (int c = 0; c < 3; ++c) sums[c] = power_balance(result.ledger, c).*term;
+    text += fmt::format(", \"{}\": {}", name, watts(result, sums));
+  }
+  return text + "}";
 }
 
 std::string flux(const RenderResult& result) {
@@ -50,7 +71,8 @@ std::string detectors_json(const Run& run) {
   const Detectors& d = result.frame.detectors;
   std::vector<std::string> members{fmt::format("\"scene\": \"{:016x}\"", result.frame.scene_hash),
                                    fmt::format("\"tallies\": \"{:016x}\"", result.hashes.tallies),
-                                   fmt::format("\"photons\": {}", result.ledger.shot)};
+                                   fmt::format("\"photons\": {}", result.ledger.shot),
+                                   "\"account\": " + account(result)};
   if (d.flux_u > 0) members.push_back("\"flux\": " + flux(result));
   if (d.lengths > 0) {
     members.push_back("\"path_length\": "

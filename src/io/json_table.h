@@ -24,6 +24,7 @@
 #include <glm/vec3.hpp>
 
 #include "io/json_text.h"
+#include "io/scene_json.h"
 #include "io/volume_file.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
@@ -38,6 +39,7 @@ struct Finding {
   std::string path;
   std::string message;
   ExitCode code = ExitCode::scene_invalid;
+  bool is_of_frame = false;  ///< about a file of this frame of a sequence, and of no other
 
   /// One line, whatever control characters a key or a value has.
   std::string text() const {
@@ -52,11 +54,13 @@ struct Finding {
 
 class Reader {
  public:
-  explicit Reader(std::filesystem::path folder) : folder_(std::move(folder)) {}
+  /// \param frames see SequenceFiles; may be null
+  explicit Reader(std::filesystem::path folder, SequenceFiles* frames = nullptr)
+      : sequence(frames), folder_(std::move(folder)) {}
 
   void error(const Node& node, const std::string& message,
              ExitCode code = ExitCode::scene_invalid) {
-    errors.push_back({node.source, node.offset, path_, message, code});
+    errors.push_back({node.source, node.offset, path_, message, code, frame_files() != nullptr});
   }
   void error_at_key(const Node& node, const std::string& message) {
     errors.push_back({node.source, node.key_offset, path_, message});
@@ -93,6 +97,22 @@ class Reader {
     return folder_ / std::filesystem::path(name);
   }
 
+  const std::string& path() const { return path_; }
+  /// \return what the key at the current path names in each frame; null where that is one file.
+  const std::vector<std::string>* frame_files() const {
+    if (!sequence) return nullptr;
+    const auto found = sequence->numbered.find(path_);
+    return found == sequence->numbered.end() ? nullptr : &found->second;
+  }
+  /// Notes the file that the key at the current path names. \return whether it is not to be read.
+  bool only_names(const std::filesystem::path& file) {
+    named.push_back({path_, file.string()});
+    return is_names_only;
+  }
+
+  SequenceFiles* const sequence;
+  bool is_names_only = false;
+  std::vector<NamedFile> named;
   std::vector<Finding> errors;
   std::vector<std::string> unread;
   std::vector<std::string> inputs;  ///< files that were read beside the scene

@@ -55,6 +55,14 @@ std::size_t token_end(std::string_view text, std::size_t at) {
   throw Error(ExitCode::scene_invalid, fmt::format("{}: {}", place(source, offset), message));
 }
 
+/// What some editors write, and nlohmann's parser would complain of byte by byte.
+void refuse_wide_characters(const Source& source) {
+  const std::string_view text = source.text;
+  if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")
+      || text.substr(0, 4).find('\0') != text.npos)
+    throw_at(source, 0, "text in UTF-16 or UTF-32: save it as UTF-8");
+}
+
 /// The receiver of nlohmann's parser (its SAX interface): builds the tree of nodes.
 class Builder {
  public:
@@ -175,6 +183,7 @@ std::string place(const Source& source, std::size_t offset) {
 }
 
 Node parse(const Source& source) {
+  refuse_wide_characters(source);
   Node root;
   Builder builder(source, root);
   constexpr bool strict = true, with_comments = true;

@@ -146,6 +146,9 @@ void load_values(Reader& reader, const Node& node, DenseGrid& grid) {
     reader.within("file", [&] { reader.error(*name, message, ExitCode::input_missing); });
   };
   const fs::path path = reader.file(name->value.get<std::string>());
+  bool is_named_only = false;
+  reader.within("file", [&] { is_named_only = reader.only_names(path); });
+  if (is_named_only) return;
   std::error_code error;
   const std::uint64_t bytes = fs::file_size(path, error);
   if (error) return damaged(fmt::format("{}: {}", path.string(), error.message()));
@@ -186,6 +189,48 @@ void check_digest(const fs::path& path, const std::string& expected) {
                     path.string(), digest, expected));
 }
 
+/// In a sequence: whether a file other than `path` has the grid that it lacks.
+template <class Load>
+bool is_in_other_frames(Reader& reader, const std::string& path, const std::string& what,
+                        const Load& load) {
+  const auto [known, is_new] = reader.sequence->is_somewhere.try_emplace(reader.path() + what);
+  for (const std::string& file : *reader.frame_files()) {
+    if (!is_new || known->second) break;
+    if (file == path) continue;
+    try {
+      known->second = !load(file, Emptiness::allowed).is_absent;
+    } catch (const Error&) {  // is said of its own frame
+    }
+  }
+  return known->second;
+}
+
+/// In a sequence: the box that `fit` fits into the unit cube in every frame, where it is not that
+/// of the volume itself.
+template <class Load>
+std::optional<scene::SparseGrid::Bounds> box_to_fit(Reader& reader, const LoadedVolume& own,
+                                                    const Load& load) {
+  const auto box_of = [](const Volume& volume) {
+    const ActiveBounds box = active_box(volume, volume.to_world());
+    return scene::SparseGrid::Bounds{box.low, box.high};
+  };
+  const auto [known, is_new] = reader.sequence->fits.try_emplace(reader.path());
+  SequenceFiles::Fit& fit = known->second;
+  for (const std::string& file : *reader.frame_files()) {
+    if (!is_new || !fit.file.empty()) break;
+    try {
+      const LoadedVolume loaded = file == own.path ? own : load(file, Emptiness::allowed);
+      if (loaded.volume->active_voxels() > 0) fit = {file, box_of(*loaded.volume)};
+    } catch (const Error&) {  // is said of its own frame
+    }
+  }
+  if (fit.file.empty()) return std::nullopt;  // all of them are empty
+  const scene::SparseGrid::Bounds box = fit.box, mine = box_of(*own.volume);
+  if (own.volume->active_voxels() > 0 && box.low == mine.low && box.high == mine.high)
+    return std::nullopt;
+  return box;
+}
+
 /// \param load reads the file at its path, unless that was done before.
 template <class Load>
 void load_source(Reader& reader, const Node& node, VolumeSource& source, const std::string& what,
@@ -193,12 +238,30 @@ void load_source(Reader& reader, const Node& node, VolumeSource& source, const s
   const Node& name = *child(node, "file");
   const fs::path path = reader.file(source.file);
   reader.within("file", [&] {
+    if (reader.only_names(path)) return;
+    const bool is_numbered = reader.frame_files() != nullptr;
     try {
       if (!source.sha256.empty()) check_digest(path, source.sha256);
       const std::string known = path.lexically_normal().string() + what;
       auto found = reader.volumes.find(known);
       if (found == reader.volumes.end()) {
-        found = reader.volumes.emplace(known, load(path.string())).first;
+        LoadedVolume loaded =
+            load(path.string(), is_numbered ? Emptiness::allowed : Emptiness::refused);
+        if (loaded.is_absent && !is_in_other_frames(reader, path.string(), what, load)) {
+          // A name that no frame knows is a slip of the pen: the frames to come need not be tried.
+          try {
+            load(path.string(), Emptiness::refused);
+          } catch (const Error& error) {
+            reader.error(name, error.what(), error.code());
+            reader.errors.back().is_of_frame = false;
+          }
+          return;
+        }
+        if (loaded.is_absent)
+          loaded.warnings.push_back("lacks this grid, which other frames have: taken as empty");
+        else if (loaded.volume->active_voxels() == 0)
+          loaded.warnings.push_back("no active voxels: empty in this frame");
+        found = reader.volumes.emplace(known, std::move(loaded)).first;
         if (std::find(reader.inputs.begin(), reader.inputs.end(), path.string())
             == reader.inputs.end())
           reader.inputs.push_back(path.string());
@@ -206,6 +269,8 @@ void load_source(Reader& reader, const Node& node, VolumeSource& source, const s
           reader.warning(name, path.string() + ": " + warning);
       }
       source.field.volume = found->second.volume;
+      if (is_numbered && source.field.fit == scene::SparseGrid::Fit::unit_cube)
+        source.field.fit_box = box_to_fit(reader, found->second, load);
     } catch (const Error& error) {
       reader.error(name, error.what(), error.code());
     }
@@ -266,8 +331,8 @@ Case<Field> vdb(const std::string& fallback) {
        false,
        [=](Reader& reader, const Node& node, VolumeSource& source) {
          const std::string what = fmt::format("\n{}", source.grid.value_or(fallback));
-         load_source(reader, node, source, what, [&](const std::string& path) {
-           return load_volume(path, fallback, source.grid);
+         load_source(reader, node, source, what, [&](const std::string& path, Emptiness emptiness) {
+           return load_volume(path, fallback, source.grid, emptiness);
          });
          const Volume* volume = source.field.volume.get();
          if (volume && volume->is_level_set() && !source.grid)
@@ -289,8 +354,9 @@ Case<Field> mesh() {
        false,
        [](Reader& reader, const Node& node, VolumeSource& source) {
          const std::string what = fmt::format("\n{}", source.voxels);
-         load_source(reader, node, source, what,
-                     [&](const std::string& path) { return load_mesh(path, source.voxels); });
+         load_source(reader, node, source, what, [&](const std::string& path, Emptiness) {
+           return load_mesh(path, source.voxels);
+         });
        }},
       [](const VolumeSource& source) { return Field(source.field); });
 }
@@ -333,6 +399,7 @@ struct PhaseSource {
 void load_phase(Reader& reader, const Node& node, PhaseSource& source) {
   const std::string path = reader.file(source.file).string();
   reader.within("file", [&] {
+    if (reader.only_names(path)) return;
     try {
       source.table = read_phase_file(path);
       reader.inputs.push_back(path);
@@ -531,6 +598,7 @@ void load_environment(Reader& reader, const Node& node, EnvironmentLight& light)
   if (!name) return;
   const std::string path = reader.file(name->value.get<std::string>()).string();
   reader.within("image", [&] {
+    if (reader.only_names(path)) return;
     try {
       light.image = load_image(path);
       if (std::find(reader.inputs.begin(), reader.inputs.end(), path) == reader.inputs.end())
@@ -732,7 +800,8 @@ const Kind<Scene>& table() {
       {version(),
        required(key("medium", &Scene::medium, medium(), "", "what scatters and absorbs")),
        key("lights", &Scene::lights, list(light()), "", "where the photons come from"),
-       key("camera", &Scene::camera, camera(), "", "what sees the picture"),
+       key("camera", &Scene::camera, camera(), "",
+           "what sees the picture; by default along +z, where +x is on the left"),
        key("background", &Scene::background, color(limits::light), "W/(area sr)",
            "radiance behind everything; it lights nothing"),
        key("sampler", &Scene::sampler,
@@ -760,19 +829,23 @@ const Kind<Scene>& table() {
                      "of the spherical harmonics, -1: 2 unless all scattering is isotropic")},
                 "grid in which the photons leave their light")},
            "the first pass: from the lights into the medium"),
-       group<Scene>("gather",
-                    {key("samples", &Scene::samples, integer<std::uint64_t>(limits::samples), "",
-                         "per pixel"),
-                     key("bounces", &Scene::bounces, integer<int>(limits::bounces), "",
-                         "scatterings of the camera's paths before they read the grid: more are "
-                         "slower, and less blurred by its cells"),
-                     key("single_scattering", &Scene::single_scattering,
-                         choice<SingleScattering>({{"apart", SingleScattering::apart},
-                                                   {"grid", SingleScattering::grid}}),
-                         "",
-                         "apart: light that is scattered once comes by shadow walks, sharp; grid: "
-                         "it is in the grid with all other light, faster and blurred")},
-                    "the second pass: from the camera into the medium"),
+       group<Scene>(
+           "gather",
+           {key("samples", &Scene::samples, integer<std::uint64_t>(limits::samples), "",
+                "per pixel"),
+            key("bounces", &Scene::bounces, integer<int>(limits::bounces), "",
+                "scatterings of the camera's paths before they read the grid: more are "
+                "slower, and less blurred by its cells"),
+            key("single_scattering", &Scene::single_scattering,
+                choice<SingleScattering>(
+                    {{"apart", SingleScattering::apart}, {"grid", SingleScattering::grid}}),
+                "",
+                "apart: light that is scattered once comes by shadow walks, sharp; grid: "
+                "it is in the grid with all other light, faster and blurred"),
+            key("seed", &Scene::gather_seed, or_null(integer<std::uint64_t>(limits::seed)), "",
+                "of the random numbers of this pass; null: the scene's seed. Another one "
+                "is other grain by the same light")},
+           "the second pass: from the camera into the medium"),
        group<Scene>("film",
                     {key("filter", &Scene::filter,
                          choice<Filter>({{"box", Filter::box},
@@ -862,6 +935,9 @@ bool related(std::string_view a, std::string_view b) {
   const bool only_files = std::all_of(errors.begin(), errors.end(), [](const Finding& error) {
     return error.code == ExitCode::input_missing;
   });
+  if (only_files
+      && std::all_of(errors.begin(), errors.end(), [](const Finding& e) { return e.is_of_frame; }))
+    throw UnreadableFrame(lines);
   throw Error(only_files ? ExitCode::input_missing : ExitCode::scene_invalid, lines);
 }
 
@@ -871,6 +947,7 @@ void enclose_volumes(Medium& medium) {
   for (const Component& c : medium.components) {
     const auto* grid = std::get_if<scene::SparseGrid>(&c.field);
     if (!grid || !grid->volume) return;
+    if (grid->volume->active_voxels() == 0) continue;
     const ActiveBounds box =
         active_box(*grid->volume, c.transform * fitted(*grid) * grid->volume->to_world());
     low = glm::min(low, box.low), high = glm::max(high, box.high);
@@ -887,23 +964,18 @@ void refuse_other_versions(const Node& root) {
                           quote(*version))}});
 }
 
-}  // namespace
+/// The text of a scene, with overrides.
+struct Written {
+  std::vector<Source> sources;
+  Node root;  ///< points to these
+};
 
-SceneFile read_scene(const std::string& path, const std::vector<std::string>& overrides,
-                     const std::function<std::string(const std::string&)>& edit) {
-  const std::string text = load(path);
-  SceneFile file = read_scene_text(path, edit ? edit(text) : text,
-                                   fs::path(path).parent_path().string(), overrides);
-  file.inputs.insert(file.inputs.begin(), path);
-  return file;
-}
-
-SceneFile read_scene_text(const std::string& name, const std::string& text,
-                          const std::string& folder, const std::vector<std::string>& overrides) {
-  std::vector<Source> sources{{name, text}};
+Written parse_scene(const std::string& name, const std::string& text,
+                    const std::vector<std::string>& overrides, Reader& reader) {
+  Written written{{{name, text}}, {}};
+  std::vector<Source>& sources = written.sources;
   sources.reserve(1 + overrides.size());  // nodes point to them
-  Node root = parse(sources[0]);
-  Reader reader(folder);
+  Node& root = written.root = parse(sources[0]);
   for (const std::string& option : overrides) {
     const std::size_t equal = option.find('=');
     const std::string place = option.substr(0, equal);
@@ -915,8 +987,15 @@ SceneFile read_scene_text(const std::string& name, const std::string& text,
     sources.push_back({"-D " + option, option.substr(equal + 1), true});
     replace(root, place, sources.back(), reader);
   }
-
   refuse_other_versions(root);
+  return written;
+}
+
+SceneFile read_written(const std::string& name, const std::string& text, const std::string& folder,
+                       const std::vector<std::string>& overrides, SequenceFiles* sequence) {
+  Reader reader(folder, sequence);
+  const Written written = parse_scene(name, text, overrides, reader);
+  const Node& root = written.root;
   Scene scene;
   table().read(reader, root, scene);
 
@@ -947,6 +1026,35 @@ SceneFile read_scene_text(const std::string& name, const std::string& text,
   std::vector<LoadedVolume> volumes;
   for (auto& [known, volume] : reader.volumes) volumes.push_back(std::move(volume));
   return {std::move(scene), std::move(warnings), std::move(inputs), std::move(volumes)};
+}
+
+}  // namespace
+
+SceneFile read_scene(const std::string& path, const std::vector<std::string>& overrides,
+                     const std::function<std::string(const std::string&)>& edit,
+                     SequenceFiles* sequence) {
+  const std::string text = load(path);
+  SceneFile file = read_written(path, edit ? edit(text) : text,
+                                fs::path(path).parent_path().string(), overrides, sequence);
+  file.inputs.insert(file.inputs.begin(), path);
+  return file;
+}
+
+SceneFile read_scene_text(const std::string& name, const std::string& text,
+                          const std::string& folder, const std::vector<std::string>& overrides) {
+  return read_written(name, text, folder, overrides, nullptr);
+}
+
+std::vector<NamedFile> scene_files(const std::string& path,
+                                   const std::vector<std::string>& overrides,
+                                   const std::function<std::string(const std::string&)>& edit) {
+  Reader reader(fs::path(path).parent_path().string());
+  reader.is_names_only = true;
+  const Written written = parse_scene(path, edit(load(path)), overrides, reader);
+  Scene scene;
+  table().read(reader, written.root, scene);
+  if (!reader.errors.empty()) throw_all(std::move(reader.errors));
+  return std::move(reader.named);
 }
 
 std::string schema() {

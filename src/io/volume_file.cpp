@@ -306,7 +306,7 @@ Descriptor open_file(const std::string& path) {
   if (file.number() < 0) {
     const bool is_numbered = path.find("##") != path.npos;
     fail(path, errno != ENOENT ? std::strerror(errno)
-               : is_numbered   ? "no such file; ## is a frame's number in `tyndall render --frames`"
+               : is_numbered   ? "no such file; ## is a frame's number: name frames with --frames"
                                : "no such file");
   }
   struct stat status {};
@@ -352,7 +352,8 @@ void add_warnings(const Json& loaded, LoadedVolume& out) {
     out.warnings.push_back("the background is no number or beyond 1e12: taken as 0");
 }
 
-LoadedVolume load(const std::string& path, std::vector<std::string> words) {
+LoadedVolume load(const std::string& path, std::vector<std::string> words,
+                  Emptiness emptiness = Emptiness::refused) {
   const auto start = Clock::now();
   const Descriptor file = open_file(path), memory = memory_file();
   const Json report = call_helper(path, file, memory, std::move(words));
@@ -372,7 +373,8 @@ LoadedVolume load(const std::string& path, std::vector<std::string> words) {
   }
   add_warnings(loaded, out);
   const Volume& v = *out.volume;
-  if (v.active_voxels() == 0)
+  out.is_absent = report.value("absent", false);
+  if (v.active_voxels() == 0 && emptiness == Emptiness::refused)
     fail(path, fmt::format("nothing to render: grid {} has no active voxels", quoted(v.name())));
   // Densities are clamped by the remap unless that makes them positive.
   if (const auto n = loaded.value("negative", std::uint64_t{0}); n > 0 && !v.is_level_set())
@@ -390,10 +392,11 @@ std::string format_of(const std::string& path) {
 }  // namespace
 
 LoadedVolume load_volume(const std::string& path, const std::string& fallback,
-                         const std::optional<std::string>& grid) {
-  std::vector<std::string> words{"load", format_of(path), fallback};
+                         const std::optional<std::string>& grid, Emptiness emptiness) {
+  std::vector<std::string> words{emptiness == Emptiness::allowed ? "load-any" : "load",
+                                 format_of(path), fallback};
   if (grid) words.push_back(*grid);
-  return load(path, std::move(words));
+  return load(path, std::move(words), emptiness);
 }
 
 LoadedVolume load_mesh(const std::string& path, int voxels) {

@@ -42,12 +42,20 @@ struct LoadedVolume {
   double seconds = 0;              ///< all that it took
   std::uint64_t child_memory = 0;  ///< [byte] the most that the child had resident
   bool is_open = false;            ///< a mesh with holes: made a shell
+  bool is_absent = false;          ///< the file lacks the grid: it has no voxels
+};
+
+/// Whether a grid without active voxels will do: one of a single frame of a sequence will.
+enum class Emptiness {
+  refused,
+  allowed,  ///< and a grid that the file lacks is one without voxels: LoadedVolume::is_absent
 };
 
 /// Reads the grid `grid`, or without one the grid named `fallback`, which must be one alone.
 /// \throws Error(input_missing): file and remedy.
 LoadedVolume load_volume(const std::string& path, const std::string& fallback,
-                         const std::optional<std::string>& grid);
+                         const std::optional<std::string>& grid,
+                         Emptiness emptiness = Emptiness::refused);
 
 /// Voxelises what is within a mesh, or a shell about it where it is open, at `voxels` along its
 /// longest side, as a level set. \throws Error(input_missing).

@@ -10,6 +10,7 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <new>
 #include <string>
 #include <utility>
 #include <vector>
@@ -194,14 +195,26 @@ PYBIND11_MODULE(_core, m) {
   m.attr("arithmetic") = arithmetic_version;
   // The class itself is the package's, which alone knows it.
   py::register_exception_translator([](std::exception_ptr p) {
+    const auto raise = [](const std::string& what, ExitCode code) {
+      const py::object type = py::module_::import("tyndall").attr("Error");
+      const py::object value = type(what, static_cast<int>(code));
+      PyErr_SetObject(type.ptr(), value.ptr());
+    };
     try {
       if (p) std::rethrow_exception(p);
     } catch (const Error& error) {
-      const py::object type = py::module_::import("tyndall").attr("Error");
-      const py::object value = type(error.what(), static_cast<int>(error.code()));
-      PyErr_SetObject(type.ptr(), value.ptr());
+      raise(error.what(), error.code());
     } catch (const Stopped&) {
       PyErr_SetString(PyExc_KeyboardInterrupt, "stopped by the progress callback");
+    } catch (const std::bad_alloc&) {
+      raise("out of memory; lower camera.resolution or the resolutions of the grids",
+            ExitCode::out_of_memory);
+    } catch (const py::error_already_set&) {  // of the callback
+      throw;
+    } catch (const py::builtin_exception&) {
+      throw;
+    } catch (const std::exception& error) {
+      raise(fmt::format("internal error: {}", error.what()), ExitCode::internal);
     }
   });
   m.def("render", &render_text);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
+#include <numbers>
 #include <utility>
 
 #include <fmt/format.h>
@@ -27,6 +29,11 @@ using namespace scene;
 
 constexpr const char* axis_names = "xyz";
 
+bool has_detectors(const scene::Detectors& d) {
+  return d.flux[0] > 0 || d.path_length_bins > 0 || d.scattering_bins > 0 || d.exit_angle_bins > 0
+         || d.absorbed[0] > 0;
+}
+
 glm::dvec3 magnitudes(const glm::dvec3& v) { return {std::abs(v.x), std::abs(v.y), std::abs(v.z)}; }
 
 double largest_density(const scene::Remap& r, double low, double high) {
@@ -48,6 +55,53 @@ double largest_density(const Field& field) {
     return v.is_level_set() ? 1.0 : largest_density(grid->remap, v.minimum(), v.maximum());
   }
   return 1.0;
+}
+
+/// [field unit^3] of a body, or more; infinite where it has no end.
+double space_of(const Everywhere&) { return std::numeric_limits<double>::infinity(); }
+double space_of(const Layer&) { return std::numeric_limits<double>::infinity(); }
+double space_of(const Sphere& s) {
+  return 4 * std::numbers::pi / 3 * s.radius * s.radius * s.radius;
+}
+double space_of(const Ellipsoid& s) {
+  return 4 * std::numbers::pi / 3 * s.radii.x * s.radii.y * s.radii.z;
+}
+double space_of(const Cuboid& s) {
+  const glm::dvec3 extent = s.max - s.min;
+  return extent.x * extent.y * extent.z;
+}
+double space_of(const Torus& s) {
+  return 2 * std::numbers::pi * std::numbers::pi * s.ring_radius * s.tube_radius * s.tube_radius;
+}
+double space_of(const Capsule& s) {
+  return std::numbers::pi * s.radius * s.radius * (glm::length(s.b - s.a) + 4.0 / 3 * s.radius);
+}
+double space_of(const Plume& s) {
+  const double a = s.radius_base, b = s.radius_top;
+  return std::numbers::pi / 3 * s.height * (a * a + a * b + b * b);
+}
+
+/// [field unit^3] of what has matter in it, or may have; infinite where all may. Expects a sound
+/// field.
+double space_of(const Field& field) {
+  const auto of_body = [](const auto& body) {
+    return std::visit([](const auto& shape) { return space_of(shape); }, body);
+  };
+  return std::visit(
+      Overloaded{[&](const scene::Solid& solid) { return of_body(solid.body); },
+                 [&](const scene::NoiseCloud& cloud) { return of_body(cloud.body); },
+                 [](const scene::DenseGrid&) { return 1.0; },
+                 [](const scene::SparseGrid& grid) {
+                   const Volume& v = *grid.volume;
+                   const bool is_everywhere =
+                       !v.is_level_set()
+                       && largest_density(grid.remap, v.background(), v.background()) > 0;
+                   if (is_everywhere || v.active_voxels() == 0) return space_of(Everywhere{});
+                   const glm::dvec3 extent = glm::dvec3(v.high() - v.low()) + 2.0;
+                   return extent.x * extent.y * extent.z
+                          * std::abs(glm::determinant(glm::dmat3(fitted(grid) * v.to_world())));
+                 }},
+      field);
 }
 
 /// Lengths and angles are judged in double precision: what is parallel to 1e-6 is parallel.
@@ -206,12 +260,28 @@ class Checker {
   }
 
   void component(const std::string& path, const scene::Component& c) {
+    const std::size_t errors = problems_.errors.size();
     if (number(path + ".extinction", c.extinction, limits::extinction)) extinction(path, c);
     vector(path + ".albedo", c.albedo, limits::albedo);
     phase(path + ".phase", c.phase);
     transform(path + ".transform", c.transform);
     field(path + ".field", c, c.field);
     emission(path + ".emission", c);
+    if (problems_.errors.size() == errors) size(path, c);
+  }
+
+  /// Matter of one unit in a box of another is a speck that few photons find.
+  void size(const std::string& path, const scene::Component& c) {
+    const glm::dvec3 box = scene_.medium.box_max - scene_.medium.box_min;
+    const double share = space_of(c.field) * std::abs(glm::determinant(glm::dmat3(c.transform)))
+                         / (box.x * box.y * box.z);
+    constexpr double least = 1e-6;
+    if (share > 0 && share < least)
+      warning(
+          path + ".transform",
+          fmt::format("its matter has {:.1g} of the space in medium.box: was a scale forgotten? "
+                      "Give the component a transform, or the box its size",
+                      share));
   }
 
   void phase(const std::string& path, const scene::Phase& phase) {
@@ -261,7 +331,9 @@ class Checker {
     if (c.extinction == 0)
       warning(path + ".extinction", "with extinction 0 this component does nothing");
     const double densest = largest_density(c.field);
-    if (densest == 0)
+    const auto* grid = std::get_if<scene::SparseGrid>(&c.field);
+    const bool is_empty = grid && grid->volume && grid->volume->active_voxels() == 0;  // as is said
+    if (densest == 0 && !is_empty)
       warning(path + ".field", "its density is 0 everywhere: this component does nothing");
     const double across = glm::length(scene_.medium.box_max - scene_.medium.box_min);
     constexpr double most = 2e6;
@@ -391,6 +463,16 @@ class Checker {
           path, fmt::format("outside of medium.box: its voxels are in [{:.6g}, {:.6g}, {:.6g}] "
                             "to [{:.6g}, {:.6g}, {:.6g}]; move it, or the box",
                             box.low.x, box.low.y, box.low.z, box.high.x, box.high.y, box.high.z));
+    }
+    const double slack = 1e-6 * glm::length(box.high - box.low);
+    for (int a = 0; grid.fit_box && a < 3; ++a) {
+      if (box.high[a] <= scene_.medium.box_max[a] + slack
+          && box.low[a] >= scene_.medium.box_min[a] - slack)
+        continue;
+      return warning(
+          path,
+          "fitted as another frame is, it reaches beyond medium.box, which cuts it: leave "
+          "the box out, make it larger, or scale by the component's transform");
     }
   }
 
@@ -714,8 +796,8 @@ class Checker {
     number("detectors.exit_angle.bins", d.exit_angle_bins, limits::bins);
     if (numbers("detectors.absorbed", d.absorbed, 3, limits::voxels_absorbed))
       all_or_none("detectors.absorbed", d.absorbed);
-    if (detects(scene_) && scene_.integrator == Integrator::path)
-      error("detectors", "they count photons, and the integrator path shoots none");
+    if (has_detectors(d) && scene_.integrator == Integrator::path)
+      warning("detectors", "not used: they count photons, and the integrator path shoots none");
   }
 
   template <class Sizes>
@@ -782,9 +864,7 @@ PhaseTableProblem phase_table_problem(const scene::PhaseTable& table) {
 }
 
 bool detects(const Scene& scene) {
-  const scene::Detectors& d = scene.detectors;
-  return d.flux[0] > 0 || d.path_length_bins > 0 || d.scattering_bins > 0 || d.exit_angle_bins > 0
-         || d.absorbed[0] > 0;
+  return scene.integrator == Integrator::photons && has_detectors(scene.detectors);
 }
 
 int needed_illumination_order(const Scene& scene) {

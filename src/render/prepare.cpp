@@ -440,7 +440,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   int exponent = 0;
   std::frexp(std::max(double{out.tables.whole_total[0]}, 1e-30), &exponent);
   out.matter_scale = static_cast<float>(std::ldexp(1.0, 40 - exponent));
-  out.detectors = view(scene.detectors, extent);
+  if (detects(scene)) out.detectors = view(scene.detectors, extent);
   return out;
 }
 
@@ -453,6 +453,7 @@ void prepare_view(const Scene& scene, PreparedScene& prepared) {
   const bool is_dark = !(largest(p.background) > 0.0f) && !lights.any_met();
   p.bright_pixels =
       is_dark ? pixels_that_meet(p.camera, view(scene.medium)) : std::vector<std::uint32_t>();
+  p.gather_seed = scene.gather_seed.value_or(scene.seed);
   p.hash = scene_hash(scene);
 }
 

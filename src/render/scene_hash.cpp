@@ -68,6 +68,7 @@ class SceneHasher {
   void add(const scene::DenseGrid& f) { (*this)(f.size, f.values, f.interpolation, f.remap); }
   void add(const scene::SparseGrid& f) {
     (*this)(f.volume->hash(), f.interpolation, f.remap, f.fit);
+    if (f.fit_box) (*this)(f.fit_box->low, f.fit_box->high);
   }
   void add(const scene::Solid& f) { add(f.body); }
   void add(const scene::IsotropicPhase&) {}
@@ -129,6 +130,8 @@ std::uint64_t scene_hash(const Scene& s) {
   // Scenes of before there were grounds keep their hash.
   for (unsigned face = 0; face < 6; ++face)
     if (m.ground[face]) hash(face, *m.ground[face]);
+  // So do those whose camera paths draw from the scene's own seed; 6 is no face.
+  if (s.gather_seed.value_or(s.seed) != s.seed) hash(6u, *s.gather_seed);
   return hash.value();
 }
 

@@ -459,7 +459,9 @@ ActiveBounds active_box(const Volume& volume, const glm::dmat4& transform) {
 
 glm::dmat4 fitted(const scene::SparseGrid& field) {
   if (field.fit == scene::SparseGrid::Fit::none) return glm::dmat4(1.0);
-  const ActiveBounds box = active_box(*field.volume, field.volume->to_world());
+  if (!field.fit_box && field.volume->active_voxels() == 0) return glm::dmat4(1.0);
+  const ActiveBounds box = field.fit_box ? ActiveBounds{field.fit_box->low, field.fit_box->high}
+                                         : active_box(*field.volume, field.volume->to_world());
   const glm::dvec3 extent = box.high - box.low;
   const double scale = 1.0 / std::max({extent.x, extent.y, extent.z});
   glm::dmat4 m(scale);

@@ -288,6 +288,54 @@ TEST_F(CliTest, AuditsNoBoundsWhereTheSamplerUsesNone) {
   EXPECT_NE(outcome.err.find("bounds   not used"), std::string::npos) << outcome.err;
 }
 
+/// The three numbers after `key` in JSON.
+std::vector<double> rgb(const std::string& json, const std::string& key) {
+  std::vector<double> values(3);
+  const std::size_t at = json.find("\"" + key + "\": [");
+  if (at == std::string::npos) return {};
+  std::istringstream numbers(json.substr(json.find('[', at) + 1));
+  char comma;
+  numbers >> values[0] >> comma >> values[1] >> comma >> values[2];
+  return values;
+}
+
+TEST_F(CliTest, DetectorsAccountForAllPower) {
+  ASSERT_EQ(run({"render", "scene.json", "-o", "a.pfm", "--detectors", "d.json", "-D",
+                 "detectors.absorbed=1", "-D", "detectors.flux=[1,1]"})
+                .code,
+            0);
+  const std::string json = contents(folder_ / "d.json");
+  const auto shot = rgb(json, "shot"), absorbed = rgb(json, "absorbed");
+  ASSERT_EQ(shot.size(), 3u) << json;
+  for (std::size_t c = 0; c < 3; ++c) {
+    double sum = 0;
+    for (const char* term : {"missed", "escaped", "absorbed", "roulette", "stalled"})
+      sum += rgb(json, term).at(c);
+    EXPECT_NEAR(sum, shot[c], 1e-12 * shot[c]) << json;
+    EXPECT_GT(absorbed[c], 0.0);
+    EXPECT_NE(rgb(json, "roulette").at(c), 0.0) << "0 on average alone";
+  }
+  const std::size_t voxel = json.find("\"size\": [1, 1, 1]");
+  ASSERT_NE(voxel, std::string::npos) << json;
+  std::string inner = json.substr(json.find("[[", voxel) + 1);
+  EXPECT_EQ(rgb("\"p\": " + inner, "p"), absorbed) << "the one voxel has all of it";
+}
+
+TEST_F(CliTest, PathsHaveNoUseForDetectors) {
+  const Outcome outcome = run({"render", "scene.json", "-o", "a.pfm", "-D", "integrator=path", "-D",
+                               "detectors.flux=[2,2]", "-D", "detectors.scatterings.bins=4"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  const std::size_t first = outcome.err.find("the integrator path shoots none");
+  EXPECT_NE(first, std::string::npos) << outcome.err;
+  EXPECT_EQ(outcome.err.find("detectors", first), std::string::npos) << "one line\n" << outcome.err;
+  EXPECT_EQ(names(), (std::set<std::string>{"a.pfm", "scene.json"}));
+  const Outcome refused = run({"render", "scene.json", "-o", "b.pfm", "-D", "integrator=path", "-D",
+                               "detectors.flux=[2,2]", "--detectors", "d.json"});
+  EXPECT_EQ(refused.code, 2);
+  EXPECT_NE(refused.err.find("--detectors d.json: they count photons"), std::string::npos)
+      << refused.err;
+}
+
 TEST_F(CliTest, WritesTheSameBytesForTheSameSeed) {
   std::vector<std::string> arguments{"render", "scene.json", "-o", "1.pfm", "--photons", "2e3"};
   if (exr_) arguments.insert(arguments.end(), {"-o", "1.exr"});
@@ -688,7 +736,225 @@ TEST_F(CliTest, ASequenceGoesOnWhereItWasStopped) {
   EXPECT_EQ(names(), before);  // what is not whole is no frame
 }
 
+/// A scene of a simulation: what a test writes into its folder, or what write-volumes left.
+class SequenceTest : public CliTest {
+ protected:
+  static std::string raw(const char* file = "v##.raw") {
+    return std::string(R"(medium.components[0].field={"type":"grid","size":[2,2,2],"file":")")
+           + file + "\"}";
+  }
+  /// \param more keys of the field
+  static std::string vdb(const std::string& file, const std::string& more = "") {
+    return R"(medium.components[0].field={"type":"vdb","file":")" + file + "\"" + more + "}";
+  }
+  void write_raw(const std::string& name, float density) const {
+    const std::vector<float> densities(8, density);
+    std::ofstream(folder_ / name, std::ios::binary)
+        .write(reinterpret_cast<const char*>(densities.data()), 8 * sizeof(float));
+  }
+  bool copy_volumes(const std::vector<std::string>& names) const {
+    const char* from = std::getenv("TYNDALL_TEST_VOLUMES");
+    if (from == nullptr || !fs::exists(from)) return false;
+    for (const std::string& name : names) fs::copy_file(fs::path(from) / name, folder_ / name);
+    return true;
+  }
+  /// \return the mean of all channels of a picture without a background: 0 where there is nothing.
+  double mean(const std::string& name) const {
+    const std::string file = contents(folder_ / name);
+    std::vector<float> v(16 * 16 * 3);
+    if (file.size() < v.size() * sizeof(float)) return -1;
+    std::memcpy(v.data(), file.data() + file.size() - v.size() * sizeof(float),
+                v.size() * sizeof(float));
+    double sum = 0;
+    for (const float x : v) sum += double{x};
+    return sum / static_cast<double>(v.size());
+  }
+  Outcome sequence(const std::string& frames, const std::vector<std::string>& defines,
+                   const std::string& command = "render") const {
+    std::vector<std::string> line{command, "scene.json", "--frames", frames};
+    if (command == "render") line.insert(line.end(), {"-o", "f.##.pfm", "--print-hash"});
+    for (const std::string& define : defines) line.insert(line.end(), {"-D", define});
+    return run(line);
+  }
+  static bool says(const Outcome& outcome, const std::string& text) {
+    return outcome.err.find(text) != std::string::npos;
+  }
+};
+
+TEST_F(SequenceTest, RendersTheFramesThatCanBeReadAndListsTheOthers) {
+  for (const char* name : {"v01.raw", "v04.raw", "v05.raw"}) write_raw(name, 1);
+  std::ofstream(folder_ / "v03.raw") << "half writ";
+  const Outcome outcome = sequence("1:5", {raw()});
+  EXPECT_EQ(outcome.code, 4) << outcome.err;
+  for (const char* name : {"f.01.pfm", "f.04.pfm", "f.05.pfm"})
+    EXPECT_GT(mean(name), 0.0) << name << outcome.err;
+  EXPECT_FALSE(names().contains("f.02.pfm") || names().contains("f.03.pfm"));
+  EXPECT_LT(outcome.err.find("1 of 5 frames lack a file, such as v02.raw: 2"),
+            outcome.err.find("frame    1 "))
+      << "before the first frame\n"
+      << outcome.err;
+  const std::size_t end = outcome.err.find("tyndall: 2 of 5 frames could not be read: 2-3");
+  ASSERT_NE(end, std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("v02.raw: No such file", end), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("v03.raw: expected 4 x 2 x 2 x 2 bytes, got 9", end),
+            std::string::npos)
+      << outcome.err;
+  // The same line goes on: what is there stays, also where its input has gone since.
+  write_raw("v02.raw", 1), write_raw("v03.raw", 0.5f);
+  fs::remove(folder_ / "v04.raw");
+  const Outcome again = sequence("1:5", {raw()});
+  EXPECT_EQ(again.code, 0) << again.err;
+  EXPECT_EQ(std::count(again.out.begin(), again.out.end(), '\n'), 2) << again.out;
+  EXPECT_GT(mean("f.03.pfm"), 0.0);
+}
+
+TEST_F(SequenceTest, TheFirstAndTheLastFrameMayBeThoseThatCannotBeRead) {
+  write_raw("v02.raw", 1);
+  const Outcome outcome = sequence("1:3", {raw()});
+  EXPECT_EQ(outcome.code, 4) << outcome.err;
+  EXPECT_EQ(names(), (std::set<std::string>{"f.02.pfm", "scene.json", "v02.raw"}));
+  EXPECT_TRUE(says(outcome, "2 of 3 frames could not be read: 1, 3")) << outcome.err;
+}
+
+TEST_F(SequenceTest, WhatNoFrameCanDoWithoutIsSaidAtOnce) {
+  write_raw("v01.raw", 1), write_raw("v02.raw", 1);
+  const auto refuses = [&](const std::vector<std::string>& defines, int code,
+                           const std::string& text) {
+    const auto before = names();
+    const Outcome outcome = sequence("1:2", defines);
+    EXPECT_EQ(outcome.code, code) << outcome.err;
+    EXPECT_TRUE(says(outcome, text)) << outcome.err;
+    EXPECT_FALSE(says(outcome, "frame    1")) << outcome.err;
+    EXPECT_EQ(names(), before);
+  };
+  refuses({raw("smoke##.raw")}, 4, "smoke01.raw: no such file; every frame lacks one");
+  refuses({raw("v.raw")}, 4, "v.raw: No such file");
+  refuses({raw(), R"(lights[0]={"type":"environment","image":"sky.hdr"})"}, 4, "sky.hdr: no such");
+  refuses({raw(), "camera.fov={frame}00"}, 3, "camera.fov: expected degrees in (0, 180), got 200");
+}
+
+TEST_F(SequenceTest, OneSceneThatCannotBeDoesNotEndTheOthers) {
+  write_raw("v01.raw", 1), write_raw("v02.raw", 1e9f), write_raw("v03.raw", 1);
+  const Outcome outcome = sequence("1:3", {raw()});
+  EXPECT_EQ(outcome.code, 3) << outcome.err;
+  EXPECT_TRUE(says(outcome, "1 of 3 frames could not be read: 2")) << outcome.err;
+  EXPECT_TRUE(says(outcome, "too dense for single precision")) << outcome.err;
+  EXPECT_GT(mean("f.03.pfm"), 0.0);
+}
+
+TEST_F(SequenceTest, AFrameWithoutVoxelsIsAFrameWithoutMatter) {
+  if (!copy_volumes({"sim.01.vdb", "sim.02.vdb", "sim.03.vdb", "late.01.vdb", "late.02.vdb"}))
+    GTEST_SKIP() << "built without OpenVDB";
+  const std::string thin = "medium.components[0].extinction=0.05";
+  const std::string box = R"(medium.box={"min":[-20,-20,-20],"max":[20,60,20]})";
+  const std::string look =
+      R"(camera={"position":[0,0,-60],"look_at":[0,0,0],"resolution":[16,16]})";
+  const Outcome middle = sequence("1:3", {vdb("sim.##.vdb"), box, look, thin});
+  EXPECT_EQ(middle.code, 0) << middle.err;
+  EXPECT_GT(mean("f.01.pfm"), 0.0);
+  EXPECT_EQ(mean("f.02.pfm"), 0.0);
+  EXPECT_GT(mean("f.03.pfm"), 0.0);
+  EXPECT_TRUE(says(middle, "sim.02.vdb: no active voxels: empty in this frame")) << middle.err;
+  for (const char* name : {"f.01.pfm", "f.02.pfm", "f.03.pfm"}) fs::remove(folder_ / name);
+
+  // The first one, alone, and without a box to go by; the background is seen through nothing.
+  for (const char* frames : {"1:2", "1"}) {
+    const Outcome first = sequence(frames, {vdb("late.##.vdb"), look, "background=1"});
+    EXPECT_EQ(first.code, 0) << first.err;
+    EXPECT_EQ(mean("f.01.pfm"), 1.0) << first.err;
+    fs::remove(folder_ / "f.01.pfm");
+  }
+  EXPECT_GT(mean("f.02.pfm"), 0.0);
+  // A still is as it was: whoever names one file means something to be in it.
+  expect_error({"render", "scene.json", "-D", vdb("late.01.vdb")}, 4, "no active voxels");
+  EXPECT_EQ(sequence("1:2", {vdb("late.01.vdb")}).code, 4)
+      << "nor does a file of all frames change";
+}
+
+TEST_F(SequenceTest, AGridThatOneFrameLacksIsEmptyThere) {
+  if (!copy_volumes({"sim.01.vdb", "sim.02.vdb", "sim.03.vdb", "sim.04.vdb", "surface.01.vdb"}))
+    GTEST_SKIP() << "built without OpenVDB";
+  const std::string look =
+      R"(camera={"position":[0,0,-60],"look_at":[0,0,0],"resolution":[16,16]})";
+  const std::string glow =
+      R"(medium.components[0].emission={"type":"blackbody","temperature":{"type":"vdb","file":"sim.##.vdb",)"
+      R"("remap":{"scale":3000}}})";
+  const Outcome outcome = sequence(
+      "1:4", {vdb("sim.##.vdb"), glow, look, "lights=[]", "medium.components[0].albedo=0.5"});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  EXPECT_GT(mean("f.01.pfm"), 0.0);
+  EXPECT_EQ(mean("f.03.pfm"), 0.0) << "without a temperature it does not glow";
+  EXPECT_EQ(mean("f.04.pfm"), 0.0);
+  const std::string lacks = "lacks this grid, which other frames have: taken as empty";
+  EXPECT_TRUE(says(outcome, "emission.temperature.file: sim.03.vdb: " + lacks)) << outcome.err;
+  EXPECT_TRUE(says(outcome, "field.file: sim.04.vdb: " + lacks)) << outcome.err;
+  // One that no frame has is a slip of the pen.
+  const Outcome none = sequence("1:4", {vdb("sim.##.vdb", R"(,"grid":"desnity")"), look});
+  EXPECT_EQ(none.code, 4);
+  EXPECT_TRUE(says(none, R"(it has no grid "desnity"; its grids: "density")")) << none.err;
+  EXPECT_FALSE(says(none, "frame    2 ")) << none.err;
+  // Inside of a surface of no faces nothing is, whatever its background.
+  fs::remove(folder_ / "f.01.pfm");
+  const Outcome surface = sequence("1", {vdb("surface.##.vdb"), look, "background=1"});
+  EXPECT_EQ(surface.code, 0) << surface.err;
+  EXPECT_EQ(mean("f.01.pfm"), 1.0);
+}
+
+TEST_F(SequenceTest, IsFittedOnceForAllFrames) {
+  if (!copy_volumes({"late.01.vdb", "late.02.vdb", "late.03.vdb"}))
+    GTEST_SKIP() << "built without OpenVDB";
+  const std::string field = vdb("late.##.vdb", R"(,"fit":"unit_cube")");
+  const Outcome outcome = sequence("1:3", {field});
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  const std::string fit = "fit      medium.components[0].field.file: in all frames as in ";
+  EXPECT_TRUE(says(outcome, fit + "late.02.vdb")) << outcome.err;
+  EXPECT_EQ(outcome.err.find(fit), outcome.err.rfind(fit)) << "once\n" << outcome.err;
+  // The first that has something in it is placed as it would be by itself; the others as that is.
+  const auto hash_of = [](const std::string& out, int frame) {
+    const std::size_t at = out.find("frame " + std::to_string(frame));
+    return out.substr(out.find("tallies", at), 49);
+  };
+  const std::string still =
+      run({"render", "scene.json", "-D", vdb("late.02.vdb", R"(,"fit":"unit_cube")"), "-o", "x.pfm",
+           "--print-hash"})
+          .out;
+  EXPECT_EQ(hash_of(outcome.out, 2), still);
+  fs::remove(folder_ / "f.03.pfm");
+  const Outcome by_itself = sequence("3", {field});
+  EXPECT_NE(by_itself.out, outcome.out.substr(outcome.out.find("frame 3")));
+  // In a box of its own, what grows beyond that is cut, and said to be.
+  const Outcome cut =
+      sequence("2:3", {field, R"(medium.box={"min":[0,0,0],"max":[1,1,1]})"}, "validate");
+  EXPECT_EQ(cut.code, 0) << cut.err;
+  EXPECT_TRUE(says(cut, "reaches beyond medium.box")) << cut.err;
+}
+
+TEST_F(SequenceTest, ValidatesEveryFrame) {
+  for (const char* name : {"v01.raw", "v03.raw"}) write_raw(name, 1);
+  const Outcome good = sequence("1:3:2", {raw()}, "validate");
+  EXPECT_EQ(good.code, 0) << good.err;
+  EXPECT_EQ(good.out, "scene.json: valid in 2 frames\n");
+  const Outcome bad = sequence("1:4", {raw()}, "validate");
+  EXPECT_EQ(bad.code, 4) << bad.err;
+  EXPECT_EQ(bad.out, "");
+  EXPECT_TRUE(says(bad, "2 of 4 frames could not be read: 2, 4")) << bad.err;
+}
+
+TEST_F(SequenceTest, GrainMovesWithoutShootingTheLightAnew) {
+  const Outcome moving = sequence("1:3", {"gather.seed={frame}"});
+  ASSERT_EQ(moving.code, 0) << moving.err;
+  EXPECT_TRUE(says(moving, "frame    3 (3 of 3)\nlight    of frame 1")) << moving.err;
+  EXPECT_NE(contents(folder_ / "f.01.pfm"), contents(folder_ / "f.02.pfm"));
+  const Outcome alone =
+      run({"render", "scene.json", "-D", "gather.seed=3", "-o", "x.pfm", "--print-hash"});
+  EXPECT_NE(moving.out.find("frame 3 " + alone.out), std::string::npos) << moving.out;
+}
+
 TEST_F(CliTest, RefusesWrongSequences) {
+  for (const std::string flag : {"--frames=-5:2", "--frames=-5", "--frames=1:-2"})
+    expect_error({"render", "scene.json", flag, "-o", "f.##.pfm"}, 2, "numbered from 0 on");
+  expect_error({"render", "scene.json", "--frames", "-5:2", "-o", "f.##.pfm"}, 2,
+               "numbered from 0 on");
   for (const char* wrong : {"", "3:", "3:1", "1:2:0", "a:b", "1:2:3:4", "-1:2"})
     expect_error({"render", "scene.json", std::string("--frames=") + wrong, "-o", "f.##.pfm"}, 2,
                  "--frames");
@@ -730,17 +996,6 @@ TEST_F(CliTest, BakesLight) {
                 R"(medium.components[0].field={"type":"grid","size":[2,2,2],"file":"grid.raw"})",
                 "-o", "grid.json"},
                2, "grid.raw: is read by the scene");
-}
-
-TEST_F(CliTest, SequencesKeepTheFramesBeforeOneThatCannotBeRead) {
-  for (const char* name : {"v01.raw", "v03.raw"})
-    std::ofstream(folder_ / name) << std::string(32, '\0');
-  const Outcome outcome =
-      run({"render", "scene.json", "--frames", "1:3", "-o", "f.##.pfm", "-D",
-           R"(medium.components[0].field={"type":"grid","size":[2,2,2],"file":"v##.raw"})"});
-  EXPECT_EQ(outcome.code, 4) << outcome.err;
-  EXPECT_NE(outcome.err.find("v02.raw"), std::string::npos) << outcome.err;
-  EXPECT_TRUE(names().contains("f.01.pfm")) << outcome.err;
 }
 
 TEST_F(CliTest, BakesThatCannotBeAreRefusedBeforeThePhotons) {

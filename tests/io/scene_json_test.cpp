@@ -108,6 +108,17 @@ TEST_F(SceneJson, ToleratesAByteOrderMark) {
             "3 scene.json:1:2: unexpected ']'; expected string in double quotes");
 }
 
+TEST_F(SceneJson, SaysWhatTextOfTwoBytesACharacterIs) {
+  const std::string text = "{\"tyndall\": 1}";
+  const std::string said = "3 scene.json:1:1: text in UTF-16 or UTF-32: save it as UTF-8";
+  std::string little, big;
+  for (const char c : text) little += {c, '\0'}, big += {'\0', c};
+  EXPECT_EQ(failure("\xff\xfe" + little), said);
+  EXPECT_EQ(failure("\xfe\xff" + big), said);
+  EXPECT_EQ(failure(little), said);
+  EXPECT_EQ(failure(big), said);
+}
+
 TEST_F(SceneJson, GivenKeysWinOverThePreset) {
   const std::string text =
       R"(field={"type": "noise_cloud", "falloff": 2, "preset": "high_variation", "body": {"type": "layer", "height": 0.25}})";
@@ -511,6 +522,18 @@ TEST_F(SceneJson, SchemaAndDefaultsNameTheSameKeys) {
   EXPECT_EQ(perspective["properties"]["fov"]["exclusiveMaximum"], 180);
   EXPECT_EQ(perspective["properties"]["crop"]["default"], (std::vector{0, 0, 0, 0}));
   EXPECT_FALSE(perspective.contains("required"));  // not even a type
+}
+
+TEST_F(SceneJson, TheGatherMayHaveASeedOfItsOwn) {
+  EXPECT_FALSE(read(cloud).gather_seed);
+  EXPECT_FALSE(read(cloud, {"gather.seed=null"}).gather_seed);
+  const Scene other = read(cloud, {"gather.seed=0"}), plain = read(cloud);
+  EXPECT_EQ(other.gather_seed, 0u);
+  EXPECT_NE(scene_hash(other), scene_hash(plain));
+  EXPECT_EQ(scene_hash(read(cloud, {"gather.seed=18446744073709551615"})), scene_hash(plain))
+      << "the scene's own seed";
+  EXPECT_EQ(failure(cloud, {"gather.seed=-1"}),
+            "3 -D gather.seed=-1: gather.seed: expected an integer below 2^64, at least 0, got -1");
 }
 
 TEST_F(SceneJson, ReadsGrounds) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -373,6 +374,29 @@ TEST(Mesh, is_closed_where_faces_share_places_though_not_vertices) {
     text += "f -3 -2 -1\n";
   }
   EXPECT_FALSE(load_mesh(Scratch("soup.obj").fill(text), 16).is_open);
+}
+
+TEST(Mesh, goes_on_in_the_next_line_after_a_backslash) {
+  TYNDALL_NEEDS_VOLUMES();
+  const Scratch plain("plain.obj"), broken("broken.obj");
+  std::string text;
+  int blanks = 0;
+  for (const char c : cube(true)) {
+    if (c != ' ')
+      text += c;
+    else
+      text += std::array{" ", " \\\n", "\\\r\n "}[static_cast<std::size_t>(blanks++ % 3)];
+  }
+  const std::string comment = "# C:\\meshes\\\n";  // is no part of the next line
+  const LoadedVolume joined = load_mesh(broken.fill(comment + text), 16);
+  EXPECT_FALSE(joined.is_open);
+  EXPECT_EQ(joined.volume->hash(), load_mesh(plain.fill(cube(true)), 16).volume->hash());
+  try {
+    load_mesh(broken.fill("v 0 \\\n0 0\nv 1 \\\n 0\n"), 16);
+    ADD_FAILURE() << "two coordinates are no vertex";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("line 4: "), std::string::npos) << error.what();
+  }
 }
 
 TEST(Mesh, names_the_line_that_is_wrong) {

@@ -79,6 +79,57 @@ class Package(unittest.TestCase):
         for result in (from_file, from_array):
             self.assertEqual([result.tallies, result.pixels], [said[1], said[3]])
 
+    def test_arrays_keep_their_size(self):
+        values = ball()[:, :20, :16]  # [nz][ny][nx]
+        wrong, right = scene(values), scene(values)
+        right["medium"]["components"][0]["field"]["size"] = numpy.array([16, 20, 24])
+        wrong["medium"]["components"][0]["field"]["size"] = (24, 20, 16)
+        self.assertEqual(tyndall.render(right).tallies, tyndall.render(scene(values)).tallies)
+        with self.assertRaises(tyndall.Error) as caught:
+            tyndall.validate(wrong)
+        self.assertEqual(caught.exception.code, 3)
+        self.assertIn("scene.medium.components[0].field.size: [24, 20, 16] is not that of the array, [16, 20, 24]",
+                      str(caught.exception))
+
+    def test_masked_values_are_nothing(self):
+        values = ball()
+        mask = values < 0.5
+        masked = numpy.ma.MaskedArray(values + 7 * mask, mask)
+        self.assertEqual(tyndall.render(scene(masked)).tallies, tyndall.render(scene(values * ~mask)).tallies)
+
+    def test_overrides_may_hold_arrays(self):
+        field = {"type": "grid", "values": ball()}
+        by_override = tyndall.render(scene(numpy.ones((2, 2, 2))), {"medium.components[0].field": field})
+        self.assertEqual(by_override.tallies, tyndall.render(scene(ball())).tallies)
+
+    def test_every_failure_is_an_error(self):
+        def code(call):
+            with self.assertRaises(tyndall.Error) as caught:
+                call()
+            return caught.exception.code
+        good = scene(ball())
+        for threads in (-1, 4097, 2 ** 70, "2", 1.5, None):
+            self.assertEqual(code(lambda: tyndall.render(good, threads=threads)), 2, threads)
+            self.assertEqual(code(lambda: tyndall.bake(good, threads=threads)), 2, threads)
+        self.assertEqual(code(lambda: tyndall.render(good, device=0)), 2)
+        self.assertEqual(code(lambda: tyndall.render(good, progress="yes")), 2)
+        self.assertEqual(code(lambda: tyndall.render(good, [("camera.fov", 30)])), 2)
+        self.assertEqual(code(lambda: tyndall.bake(good, order=2)), 2)
+        self.assertEqual(code(lambda: tyndall.validate(7)), 2)
+        self.assertEqual(code(lambda: tyndall.validate("a\0b")), 3)
+        self.assertEqual(code(lambda: tyndall.validate({"tyndall": 1, (1, 2): 3})), 3)
+        self.assertEqual(code(lambda: tyndall.validate(scene(ball() * 1j))), 3)
+        self.assertEqual(code(lambda: tyndall.validate(scene(numpy.array([[["a"]]])))), 3)
+        round_and_round = scene(ball())
+        round_and_round["lights"].append(round_and_round)
+        self.assertEqual(code(lambda: tyndall.validate(round_and_round)), 3)
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "wide.json")
+            with open(path, "w", encoding="utf-16") as file:
+                file.write('{"tyndall": 1}')
+            self.assertEqual(code(lambda: tyndall.validate(path)), 3)
+            self.assertEqual(code(lambda: tyndall.validate(folder)), 4)
+
     def test_axes_of_arrays(self):
         values = numpy.zeros((4, 6, 8), numpy.float32)
         values[3, :, :] = 1  # [nz][ny][nx]: a layer at the far end of z
@@ -125,6 +176,9 @@ class Package(unittest.TestCase):
         self.assertEqual(seen[-1], ("pixels", 1.0))
         with self.assertRaises(KeyboardInterrupt):
             tyndall.render(scene(ball()), {"photons.count": 10 ** 10}, progress=lambda name, share: name != "photons")
+        for said in (0, "", [], numpy.bool_(False), 0.0):
+            with self.assertRaises(KeyboardInterrupt):
+                tyndall.render(scene(ball()), {"photons.count": 10 ** 10}, progress=lambda name, share: said)
         with self.assertRaises(ZeroDivisionError):
             tyndall.render(scene(ball()), progress=lambda name, share: 1 / 0)
 

@@ -54,6 +54,40 @@ TEST(Check, FindsNumbersThatAreNotFinite) {
       "lights[0].power[1] background[0] camera.fov camera.position[1] preview.exposure");
 }
 
+/// \return the paths of all warnings, one after the other.
+std::string warnings(const Scene& scene) {
+  std::string paths;
+  for (const Problem& problem : check(scene).warnings)
+    paths += (paths.empty() ? "" : " ") + problem.path;
+  return paths;
+}
+
+TEST(Check, WarnsOfMatterThatIsASpeckInItsBox) {
+  const auto in_box = [](const Field& field, double edge, double scale = 1) {
+    Scene scene = good();
+    scene.medium.components[0].field = field;
+    scene.medium.components[0].extinction = 1e-6;
+    scene.medium.components[0].transform = glm::dmat4(scale);
+    scene.medium.components[0].transform[3][3] = 1;
+    scene.medium.box_max = glm::dvec3(edge);
+    return warnings(scene);
+  };
+  const std::string speck = "medium.components[0].transform";
+  const Field fields[] = {NoiseCloud{}, DenseGrid{{1, 1, 1}, {1}, {}, {}}, Solid{Sphere{}},
+                          Solid{Cuboid{glm::dvec3(0), glm::dvec3(1)}},
+                          NoiseCloud{8, 0.5, 0, 0.5, 1.4, 1.8, Ellipsoid{}}};
+  for (const Field& field : fields) {
+    EXPECT_EQ(in_box(field, 1000), speck) << field.index();
+    EXPECT_EQ(in_box(field, 1000, 500), "") << field.index();
+    EXPECT_EQ(in_box(field, 50), "") << field.index();
+  }
+  EXPECT_EQ(in_box(Solid{Cuboid{glm::dvec3(0), glm::dvec3(1)}}, 99.9), "");
+  EXPECT_EQ(in_box(Solid{Cuboid{glm::dvec3(0), glm::dvec3(1)}}, 100.1), speck) << "a millionth";
+  for (const Field& field :
+       {Field(Solid{Everywhere{}}), Field(NoiseCloud{8, 0.5, 0, 0.5, 1.4, 1.8, Layer{}})})
+    EXPECT_EQ(in_box(field, 1e5), "") << "these have no end";
+}
+
 TEST(Check, FindsBadGrids) {
   Scene scene = good();
   scene.medium.components[0].field = DenseGrid{{2, 2, 1}, {0, 1, 2}, {}, {}};

@@ -66,6 +66,28 @@ TEST(Determinism, another_seed_gives_another_picture) {
   EXPECT_NE(first.pixels, second.pixels);
 }
 
+// Grain moves, and the light stays, be it shot or kept.
+TEST(Determinism, another_seed_of_the_gather_changes_the_samples_alone) {
+  Scene scene = all_sorts(), other = all_sorts();
+  scene.detectors.flux = other.detectors.flux = {3, 3};
+  other.gather_seed = scene.seed + 1;
+  RenderOptions options;
+  options.keeps_light = true;
+  const auto backend = make_cpu_backend();
+  Renderer renderer(scene, *backend, options);
+  ASSERT_TRUE(renderer.run());
+  const RenderResult first = renderer.result(), second = render(other, *make_cpu_backend());
+  EXPECT_EQ(first.detected, second.detected);
+  EXPECT_EQ(std::memcmp(&first.ledger, &second.ledger, sizeof first.ledger), 0);
+  EXPECT_NE(first.hashes.pixels, second.hashes.pixels);
+  EXPECT_NE(first.frame.scene_hash, second.frame.scene_hash);
+  renderer.look(other);
+  ASSERT_TRUE(renderer.run());
+  expect_same(renderer.result(), second);
+  other.gather_seed = scene.seed;
+  expect_same(render(other, *make_cpu_backend()), first);
+}
+
 TEST(Determinism, split_ranges_add_up_to_the_whole) {
   const Scene scene = all_sorts();
   const PreparedScene prepared = prepare(scene, 0);

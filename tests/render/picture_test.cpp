@@ -35,6 +35,26 @@ TEST(Picture, shows_what_lies_behind_where_nothing_is_met) {
   }
 }
 
+// As docs/pictures/axes.png shows it: +y is above, +x on the left.
+TEST(Picture, has_x_on_the_left_of_the_default_camera) {
+  const auto middle_of = [](glm::dvec3 center) {
+    Scene scene = furnace({component(scene::Solid{scene::Sphere{center, 0.1}}, 1e4, 0.0)});
+    scene.camera = {};
+    scene.camera.resolution = {16, 16};
+    const Picture picture = picture_of(scene);
+    double x = 0, y = 0, sum = 0;
+    for (int j = 0; j < 16; ++j)
+      for (int i = 0; i < 16; ++i) {
+        const double alpha = double{picture.rgba[static_cast<std::size_t>(4 * (16 * j + i) + 3)]};
+        x += alpha * (i - 7.5), y += alpha * (j - 7.5), sum += alpha;
+      }
+    return glm::dvec2(x, y) / sum;
+  };
+  EXPECT_LT(middle_of({0.8, 0.5, 0.5}).x, -2);
+  EXPECT_GT(middle_of({0.2, 0.5, 0.5}).x, 2);
+  EXPECT_LT(middle_of({0.5, 0.8, 0.5}).y, -2);
+}
+
 TEST(Picture, alpha_is_the_share_of_samples_that_met_matter) {
   Scene scene = furnace({component(scene::Solid{}, 1e6, 0.0)});
   scene.camera.position = {0.5, 0.5, -1};

@@ -38,7 +38,7 @@ struct PhaseTableProblem {
 };
 PhaseTableProblem phase_table_problem(const scene::PhaseTable& table);
 
-/// \return whether `scene` has any detector.
+/// \return whether `scene` has any detector that counts: paths alone shoot no photons.
 bool detects(const Scene& scene);
 
 /// \return order of the spherical harmonics that the phase functions of `scene` need: isotropic 0,

@@ -51,8 +51,9 @@ struct PreparedScene {
   int strata = 1;
   float matter_scale = 1;
   std::uint64_t seed = 1;
-  std::uint64_t hash = 0;  ///< see scene_hash()
-  Detectors detectors;     ///< without memory
+  std::uint64_t gather_seed = 1;  ///< of the camera's paths
+  std::uint64_t hash = 0;         ///< see scene_hash()
+  Detectors detectors;            ///< without memory
 
   std::size_t pixels() const {
     return static_cast<std::size_t>(film_width) * static_cast<std::size_t>(film_height);

@@ -106,8 +106,9 @@ class Renderer {
   /// \return whether all that was asked for is done; false: go_on ended it, or the time.
   bool run();
 
-  /// Another camera: no sample is done then, but the bounds, the light and the matter stay.
-  /// \param scene the same but for that \pre run() was true, with RenderOptions::keeps_light; the
+  /// Another camera, or another seed of its paths: no sample is done then, but bounds, light and
+  /// matter stay.
+  /// \param scene the same but for these \pre run() was true, with RenderOptions::keeps_light; the
   /// first scene is there still \throws Error(scene_invalid)
   void look(const Scene& scene);
 

@@ -106,11 +106,17 @@ struct SparseGrid {
   /// Field space is the grid's own world space; or that, moved and scaled so that the box of its
   /// active voxels lies in the middle of the unit cube.
   enum class Fit { none, unit_cube };
+  struct Bounds {
+    glm::dvec3 low, high;
+  };
 
   std::shared_ptr<const Volume> volume;
   Interpolation interpolation = Interpolation::trilinear;
   Remap remap;
   Fit fit = Fit::none;
+  /// What `fit` takes for that box, in the grid's own world space: the frames of a sequence are all
+  /// placed as one of them is. None: the volume's own.
+  std::optional<Bounds> fit_box;
 };
 
 /// Density 1 inside the body, 0 outside.
@@ -317,6 +323,7 @@ struct Scene {
   int bounces = 1;             ///< of the camera's paths before they read the grid
   SingleScattering single_scattering = SingleScattering::apart;
   std::uint64_t seed = 1;
+  std::optional<std::uint64_t> gather_seed;  ///< of the camera's paths; none: `seed`
   Filter filter = Filter::box;
   double filter_radius = 0.0;  ///< [pixel] 0: 0.5 of a box, 1.5 of the others
   double exposure = 0.0;       ///< [EV] of the PNG preview only

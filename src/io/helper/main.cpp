@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <new>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -57,9 +58,10 @@ void operator delete[](void* p, std::size_t) noexcept { std::free(p); }
 namespace tyndall::io {
 namespace {
 
-/// \return the index of the grid that is asked for. The unique name "density[1]" wins over the
-/// plain one.
-std::size_t choose(const Json& grids, const std::string& fallback, const std::string* wanted) {
+/// \return the index of the grid that is asked for; none where there is none and it
+/// `may_be_absent`. The unique name "density[1]" wins over the plain one.
+std::optional<std::size_t> choose(const Json& grids, const std::string& fallback,
+                                  const std::string* wanted, bool may_be_absent) {
   const auto fail = [&](const std::string& message) {
     throw Failure{error_choice, message, grids};
   };
@@ -72,12 +74,13 @@ std::size_t choose(const Json& grids, const std::string& fallback, const std::st
       found.push_back(i);
   }
   if (found.size() == 1) return found[0];
+  if (found.empty() && may_be_absent) return std::nullopt;
   const std::string quoted =
       Json(name.substr(0, 100)).dump(-1, ' ', false, Json::error_handler_t::replace);
   if (grids.empty()) fail("nothing to render: it has no grids");
   if (found.empty()) fail(fmt::format("it has no grid {}", quoted));
   fail(fmt::format("{} grids are named {}", found.size(), quoted));
-  return 0;
+  return std::nullopt;
 }
 
 /// \throws Failure that says what the file is where it is no VDB (NanoVDB if `nano`).
@@ -137,14 +140,19 @@ void limit(std::uint64_t memory, std::uint64_t seconds) {
 template <class File>
 Json read_grids(File&& file, const std::vector<std::string>& words) {
   Json report{{"grids", file.grids()}, {"metadata", file.metadata()}};
-  if (words[0] == "load") {
+  if (words[0] == "load" || words[0] == "load-any") {
     const std::string* wanted = words.size() > 5 ? &words[5] : nullptr;
-    const std::size_t chosen = choose(file.grids(), words.at(4), wanted);
-    const std::string type = file.grids()[chosen]["type"];
+    const auto chosen = choose(file.grids(), words.at(4), wanted, words[0] == "load-any");
+    if (!chosen) {
+      report["loaded"] = grid_without_voxels();
+      report["absent"] = true;
+      return report;
+    }
+    const std::string type = file.grids()[*chosen]["type"];
     if (!is_numeric(type) && !is_color(type))
       throw Failure{error_choice, fmt::format("values of type {} are no densities", type),
                     file.grids()};
-    report["loaded"] = file.load(chosen);
+    report["loaded"] = file.load(*chosen);
   }
   return report;
 }

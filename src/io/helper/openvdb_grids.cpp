@@ -257,6 +257,22 @@ struct Mesh {
   bool is_closed = true;  ///< every edge has as many faces on one side as on the other
 };
 
+/// The next line of an .obj file, with those that a backslash at its end goes on in; not of
+/// comments, where Windows' paths end in one. \param[in,out] number of lines before it
+bool next_line(std::istream& lines, std::string& line, std::size_t& number) {
+  if (!std::getline(lines, line)) return false;
+  ++number;
+  for (std::string more; !line.starts_with('#');) {
+    const std::size_t last = line.find_last_not_of(" \t\r");
+    if (last == line.npos || line[last] != '\\') break;
+    line.resize(last);
+    if (!std::getline(lines, more)) break;
+    line += ' ' + more;
+    ++number;
+  }
+  return true;
+}
+
 Mesh read_mesh() {
   std::string text(input_size(), '\0');
   read_at(0, text.data(), text.size());
@@ -267,7 +283,7 @@ Mesh read_mesh() {
   std::vector<openvdb::Index32> place_of;  // by vertex
   std::map<std::pair<openvdb::Index32, openvdb::Index32>, int> edges;
   std::string line;
-  for (std::size_t number = 1; std::getline(lines, line); ++number) {
+  for (std::size_t number = 0; next_line(lines, line, number);) {
     std::istringstream words(line);
     std::string word;
     words >> word;
@@ -416,6 +432,10 @@ Json VdbFile::load(std::size_t grid) {
                     "its transform is a frustum's: resample it into a grid of equal voxels"};
     return store(loaded);
   });
+}
+
+Json grid_without_voxels() {
+  return with_openvdb([] { return store(*openvdb::FloatGrid::create()); });
 }
 
 Json voxelize(int voxels) {

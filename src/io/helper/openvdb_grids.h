@@ -28,6 +28,9 @@ class VdbFile {
   Json grids_ = Json::array(), metadata_ = Json::object();
 };
 
+/// A grid of floats, 0 everywhere, as VdbFile::load() returns one.
+Json grid_without_voxels();
+
 /// A level set of the body within the .obj mesh on standard input, or, where it is open, of a shell
 /// about its faces; "closed" says which. \throws Failure
 Json voxelize(int voxels);

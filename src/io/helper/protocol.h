@@ -10,6 +10,7 @@
 ///
 ///   list                      what grids the file has
 ///   load DEFAULT [GRID]       the grid named GRID, or the one named DEFAULT
+///   load-any DEFAULT [GRID]   the same, or one without voxels where the file has no such grid
 ///   mesh VOXELS               the body within a mesh (.obj), VOXELS along its longest side
 ///   write vdb|nvdb            standard input is a parcel, the memory file gets the file
 ///
@@ -20,8 +21,8 @@
 /// buffer}]}
 ///
 /// The object has "error" and "message", or "grids" and "metadata" (list, load), "loaded" (load,
-/// mesh) and "checksum" (load, mesh): Hasher's of the memory file's words, in hexadecimal. And
-/// "resident" [byte], the most that the helper had.
+/// mesh) and "checksum" (load, mesh): Hasher's of the memory file's words, in hexadecimal; "absent"
+/// where load-any found no such grid. And "resident" [byte], the most that the helper had.
 #pragma once
 
 #include <cstddef>

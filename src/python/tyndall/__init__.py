@@ -13,6 +13,7 @@ file. Where a scene file names a raw file of a grid's values, a dict may hold th
 """
 import dataclasses
 import json
+import operator
 import os
 import tempfile
 
@@ -55,63 +56,118 @@ class Light:
     warnings: list
 
 
-def _with_arrays(value, folder):
+def _array(values, where, folder):
+    """A grid's values as a file. Returns its path and its size, x first."""
+    if values.ndim != 3:
+        raise Error(f"{where}: expected an array [nz][ny][nx], got one of {values.ndim} dimensions", 3)
+    if values.dtype.kind not in "biuf":
+        raise Error(f"{where}: expected an array of numbers, got one of {values.dtype}", 3)
+    path = os.path.join(folder, f"{len(os.listdir(folder))}.raw")
+    numpy.ascontiguousarray(values, dtype="<f4").tofile(path)
+    return path, list(values.shape[::-1])
+
+
+def _with_arrays(value, folder, where):
     """The same with files in the place of arrays, and other files' names from the root."""
+    if isinstance(value, numpy.ma.MaskedArray):
+        value = value.filled(0)
     if isinstance(value, (list, tuple)):
-        return [_with_arrays(v, folder) for v in value]
+        return [_with_arrays(v, folder, f"{where}[{i}]") for i, v in enumerate(value)]
     if isinstance(value, numpy.generic):
         return value.item()
     if isinstance(value, numpy.ndarray):
         return value.tolist()
     if isinstance(value, os.PathLike):
-        return os.fspath(value)
+        return os.fsdecode(value)
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     if not isinstance(value, dict):
-        raise Error(f"scene: a {type(value).__name__}: expected dicts, lists, arrays, numbers and texts", 3)
-    out = {key: _with_arrays(v, folder) for key, v in value.items()
-           if not (key == "values" and isinstance(v, numpy.ndarray))}
-    values = value.get("values")
-    if isinstance(values, numpy.ndarray):
-        if values.ndim != 3:
-            raise Error(f"scene: values: expected an array [nz][ny][nx], got one of {values.ndim} dimensions", 3)
-        path = os.path.join(folder, f"{len(os.listdir(folder))}.raw")
-        numpy.ascontiguousarray(values, dtype="<f4").tofile(path)
-        out["file"] = path
-        out.setdefault("size", list(values.shape[::-1]))
+        raise Error(f"{where}: a {type(value).__name__}: expected dicts, lists, arrays, numbers and texts", 3)
+    out = {}
+    for key, v in value.items():
+        place = f"{where}.{key}"
+        if key != "values" or not isinstance(v, numpy.ndarray):
+            out[key] = _with_arrays(v, folder, place)
+            continue
+        values = v.filled(0) if isinstance(v, numpy.ma.MaskedArray) else v
+        out["file"], size = _array(values, place, folder)
+        given = _with_arrays(value.get("size", size), folder, f"{where}.size")
+        if given != size:
+            raise Error(f"{where}.size: {given} is not that of the array, {size} ([nx, ny, nz]): leave it out", 3)
+        out["size"] = size
     return out
 
 
+def _prepared(scene, overrides, folder):
+    """Name, text and folder of a scene, and its overrides as texts."""
+    if not isinstance(overrides or {}, dict):
+        raise Error(f"overrides: expected a dict such as {{\"camera.fov\": 30}}, got a {type(overrides).__name__}", 2)
+    texts = [f"{key}={value if isinstance(value, str) else json.dumps(_with_arrays(value, folder, key))}"
+             for key, value in (overrides or {}).items()]
+    if isinstance(scene, dict):
+        return "scene", json.dumps(_with_arrays(scene, folder, "scene"), indent=1), os.getcwd(), texts
+    if not isinstance(scene, (str, bytes, os.PathLike)):
+        raise Error(f"scene: expected a dict or the path of a file, got a {type(scene).__name__}", 2)
+    path = os.fsdecode(scene)
+    try:
+        with open(path, "rb") as file:
+            return path, file.read(), os.path.dirname(path), texts
+    except OSError as error:
+        raise Error(f"{path}: {error.strerror}", 4) from None
+
+
 def _call(function, scene, overrides, *arguments):
-    overrides = [f"{key}={value if isinstance(value, str) else json.dumps(_with_arrays(value, ''))}"
-                 for key, value in (overrides or {}).items()]
-    if not isinstance(scene, dict):
-        path = os.fspath(scene)
+    try:
+        folder = tempfile.TemporaryDirectory(prefix="tyndall-")
+    except OSError as error:
+        raise Error(f"no folder for arrays: {error}", 5) from error
+    with folder as name:
         try:
-            with open(path, encoding="utf-8") as file:
-                text = file.read()
+            prepared = _prepared(scene, overrides, name)
+        except Error:
+            raise
+        except MemoryError as error:
+            raise Error(f"out of memory: {error}", 6) from error
         except OSError as error:
-            raise Error(f"{path}: {error.strerror}", 4) from None
-        return function(path, text, os.path.dirname(path), overrides, *arguments)
-    with tempfile.TemporaryDirectory(prefix="tyndall-") as folder:
-        text = json.dumps(_with_arrays(scene, folder), indent=1)
-        return function("scene", text, os.getcwd(), overrides, *arguments)
+            raise Error(f"arrays could not be written for the reader: {error}", 5) from error
+        except Exception as error:  # of what is in the scene: keys, texts, numbers that JSON has not
+            raise Error(f"scene: {error}", 3) from error
+        return function(*prepared, *arguments)
 
 
-def _progress(callback):
-    # True goes on, and so does None, which functions return that return nothing.
-    return callback and (lambda name, share: callback(name, share) is not False)
+def _integer(name, value, most):
+    try:
+        number = operator.index(value)
+    except TypeError:
+        number = -1
+    if not 0 <= number <= most:
+        raise Error(f"{name}: expected an integer in [0, {most}], got {value!r}", 2)
+    return number
+
+
+def _work(device, threads, progress):
+    """What a render and a bake need besides a scene, checked."""
+    if not isinstance(device, str):
+        raise Error(f"device: expected a text such as \"cpu\", got {device!r}", 2)
+    if progress is not None and not callable(progress):
+        raise Error(f"progress: expected a function, got {progress!r}", 2)
+
+    def goes_on(name, share):
+        said = progress(name, share)
+        return said is None or bool(said)  # None is what functions return that return nothing
+    return device, _integer("threads", threads, 4096), None if progress is None else goes_on
 
 
 def render(scene, overrides=None, *, device="auto", threads=0, progress=None):
     """Renders `scene`. `overrides`: {"camera.fov": 30}. `progress(pass, share)` is called now and then; where it returns
-    False, KeyboardInterrupt is raised. Raises Error."""
-    return Result(**_call(_core.render, scene, overrides, device, threads, _progress(progress)))
+    False, or anything false but None, KeyboardInterrupt is raised. Raises Error."""
+    return Result(**_call(_core.render, scene, overrides, *_work(device, threads, progress)))
 
 
 def bake(scene, overrides=None, *, order=1, per_light=False, device="auto", threads=0, progress=None):
     """Shoots the photons of `scene` and returns their Light. `order` 0: without directions. Raises Error."""
-    return Light(**_call(_core.bake, scene, overrides, device, threads, _progress(progress), order > 0, per_light))
+    return Light(**_call(_core.bake, scene, overrides, *_work(device, threads, progress),
+                         _integer("order", order, 1) > 0, bool(per_light)))
 
 
 def validate(scene, overrides=None):

@@ -192,6 +192,29 @@ void values() {
   write("no_grids", {});
 }
 
+/// A simulation: what burns and grows, a frame without voxels, one that has a grid less, one
+/// without grids. And one that begins with nothing.
+void sequences() {
+  const auto named = [](const char* name) {
+    auto grid = FloatGrid::create();
+    grid->setName(name);
+    return grid;
+  };
+  write("sim.01", {ball(), ball("temperature")});
+  write("sim.02", {named("density"), named("temperature")});
+  auto grown = ball();
+  const auto above = ball("", {0, 30, 0});
+  for (auto v = above->cbeginValueOn(); v; ++v) grown->tree().setValue(v.getCoord(), *v);
+  write("sim.03", {grown});
+  write("sim.04", {});
+  write("late.01", {named("density")});
+  write("late.02", {ball()});
+  write("late.03", {grown});
+  auto surface = named("density");  // with a background that is neither within nor without
+  surface->setGridClass(openvdb::GRID_LEVEL_SET);
+  write("surface.01", {surface});
+}
+
 void encodings() {
   write("ball", {ball()});
   write("ball_zip", {ball()}, openvdb::io::COMPRESS_ZIP);
@@ -301,6 +324,7 @@ int main(int argc, char** argv) {
   transforms();
   names_and_types();
   values();
+  sequences();
   nano();
   dense();
   return 0;
