@@ -49,7 +49,7 @@ class CpuBackend final : public Backend {
       const ShootPass<Medium, Sampler> pass{
           medium,
           sampler,
-          Lights{scene_->emitters.data(), static_cast<int>(scene_->emitters.size())},
+          scene_->lights(),
           scene_->seed,
           IlluminationTally{scene_->cells, illumination_.data()},
           {nullptr},

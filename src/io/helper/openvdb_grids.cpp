@@ -331,7 +331,7 @@ openvdb::math::Transform::Ptr to_voxels(Mesh& mesh, int voxels) {
 /// Refuses what would not fit into `memory` [byte]. What a unit of area takes was measured: grids
 /// of distances and of the nearest faces, the finished one, and the lists of crossings.
 void require_memory(double area, int voxels, std::uint64_t memory) {
-  constexpr double of_area = 400, of_all = 64e6;  // [byte]
+  constexpr double of_area = 260, of_all = 64e6;  // [byte]
   const double needed = of_all + of_area * area;
   if (needed <= static_cast<double>(memory)) return;
   const double most = std::sqrt(std::max(static_cast<double>(memory) - of_all, 0.0) / (of_area * area));
