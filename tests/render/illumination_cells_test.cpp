@@ -166,7 +166,7 @@ TEST(IlluminationCells, hold_all_matter_where_not_all_are_stored) {
                && q.z <= c.size.z;
       }));
     }
-    EXPECT_GT(met, 4000);
+    EXPECT_GT(met, 1000);
     EXPECT_GE(prepared.clumps.size(), 2u);
     for (const Clump& clump : prepared.clumps) EXPECT_LT(clump.size.x, 1.5f);
   }

@@ -58,10 +58,10 @@ void fit_box(Scene& scene) {
 /// Photons against paths.
 void expect_right(Scene scene, const char* name, std::uint64_t path_samples) {
   ASSERT_TRUE(plan_illumination(scene).is_sparse) << name;
-  scene.photons = 200000;
-  scene.samples = 64;
+  scene.photons = 60000;
+  scene.samples = 32;
   const auto mean = [](const RenderResult& r) { return mean_of_picture(r); };
-  const Series photons = series(replicates(scene, 4), mean);
+  const Series photons = series(replicates(scene, 3), mean);
   scene.integrator = scene::Integrator::path;
   scene.samples = path_samples;
   const Series paths = series(replicates(scene, 4), mean);
@@ -77,21 +77,20 @@ const scene::Light sky = scene::EnvironmentLight{glm::dvec3(0.3)};
 
 TEST(SparseCells, a_stray_voxel_changes_nothing) {
   for (const auto& [name, away] :
-       {std::pair("a thousand voxels away", glm::ivec3(1000, 15, 15)),
-        std::pair("a million voxels away", glm::ivec3(1000000, 15, 15)),
+       {std::pair("a million voxels away", glm::ivec3(1000000, 15, 15)),
         std::pair("below", glm::ivec3(3, -2000, 15))}) {
     Scene scene = seen(component(cube_and_stray(away), 10, 0.99), {beam});
     fit_box(scene);
-    expect_right(scene, name, 128);
+    expect_right(scene, name, 64);
   }
 }
 
 TEST(SparseCells, all_light_from_far_away_finds_the_matter) {
   for (const auto& [name, light] :
-       {std::pair("a beam", beam), std::pair("a sun", sun), std::pair("a sky", sky)}) {
+       {std::pair("a sun", sun), std::pair("a sky", sky)}) {
     Scene scene = seen(component(cube_and_stray({3000, 8, 8}), 10, 0.99), {light});
     fit_box(scene);
-    expect_right(scene, name, 128);
+    expect_right(scene, name, 64);
   }
 }
 
@@ -104,10 +103,10 @@ TEST(SparseCells, two_clouds_far_apart_shade_each_other) {
   scene.medium.box_max = {1, 1.5, 151};
   scene.lights = {scene::DirectionalLight{{0, 0, -1}, glm::dvec3(1)},
                   scene::DirectionalLight{{0, -1, 0.2}, glm::dvec3(0.5)}};
-  expect_right(scene, "the first", 128);
+  expect_right(scene, "the first", 64);
   scene.camera.position = {0.5, 1, 160};
   scene.camera.look_at = {0.5, 1, 150.5};
-  expect_right(scene, "the second", 128);
+  expect_right(scene, "the second", 64);
 }
 
 }  // namespace
