@@ -269,10 +269,10 @@ class Checker {
                  || extent < limits::size.low) {
         error("medium.box",
               fmt::format("too thin for single precision: {} from {} to {}; move it nearer to the "
-                          "origin or make it thicker than {} of its distance from there",
+                          "origin or make it thicker than {} of its distance from there{}",
                           axis_names[a], low[a], high[a],
-                          has_noise() ? "a thousandth (noise is what it is at its place)"
-                                      : "1e-8"));
+                          has_noise() ? "a thousandth" : "1e-8",
+                          has_noise() ? " (noise is what it is at its place)" : ""));
       }
     }
   }
