@@ -59,7 +59,7 @@ void fit_box(Scene& scene) {
 void expect_right(Scene scene, const char* name, std::uint64_t path_samples) {
   ASSERT_TRUE(plan_illumination(scene).is_sparse) << name;
   scene.photons = 60000;
-  scene.samples = 32;
+  scene.samples = 128;
   const auto mean = [](const RenderResult& r) { return mean_of_picture(r); };
   const Series photons = series(replicates(scene, 3), mean);
   scene.integrator = scene::Integrator::path;
@@ -103,10 +103,10 @@ TEST(SparseCells, two_clouds_far_apart_shade_each_other) {
   scene.medium.box_max = {1, 1.5, 151};
   scene.lights = {scene::DirectionalLight{{0, 0, -1}, glm::dvec3(1)},
                   scene::DirectionalLight{{0, -1, 0.2}, glm::dvec3(0.5)}};
-  expect_right(scene, "the first", 64);
+  expect_right(scene, "the first", 256);
   scene.camera.position = {0.5, 1, 160};
   scene.camera.look_at = {0.5, 1, 150.5};
-  expect_right(scene, "the second", 64);
+  expect_right(scene, "the second", 256);
 }
 
 }  // namespace
