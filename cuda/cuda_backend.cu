@@ -71,7 +71,12 @@ class CudaBackend final : public Backend {
     for (Emitter& emitter : emitters) emitter.relocate(to_device);
     camera_ = scene.camera;
     camera_.relocate(to_device);
-    lights_ = {arrays_.keep(emitters.data(), emitters.size()), static_cast<int>(emitters.size())};
+    lights_ = {
+        arrays_.keep(emitters.data(), emitters.size()), static_cast<int>(emitters.size()),
+        scene.clumps.empty() ? nullptr : arrays_.keep(scene.clumps.data(), scene.clumps.size()),
+        static_cast<int>(scene.clumps.size())};
+    cells_ = scene.cells;
+    cells_.bricks.relocate(to_device);
     std::vector<DirectLight> direct = scene.direct_lights;
     for (DirectLight& light : direct) light.sky.relocate(to_device);
     direct_lights_ = {arrays_.keep(direct.data(), direct.size()), static_cast<int>(direct.size())};
@@ -104,11 +109,10 @@ class CudaBackend final : public Backend {
     Detectors detectors = scene_->detectors;
     if (detectors_.size() > 0) detectors.sums = detectors_.data();
     return visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      return run_pass(
-          ShootPass<Medium, Sampler>{medium, sampler, lights_, scene_->seed,
-                                     IlluminationTally{scene_->cells, illumination_.data()},
-                                     accounts(), detectors},
-          photons, interrupts_, scratch_);
+      return run_pass(ShootPass<Medium, Sampler>{medium, sampler, lights_, scene_->seed,
+                                                 IlluminationTally{cells_, illumination_.data()},
+                                                 accounts(), detectors},
+                      photons, interrupts_, scratch_);
     });
   }
 
@@ -116,7 +120,7 @@ class CudaBackend final : public Backend {
     select();
     return std::visit(
         [&]<class Medium>(const Medium& medium) {
-          return run_pass(MatterPass<Medium>{medium, scene_->seed, scene_->cells, scene_->cell_size,
+          return run_pass(MatterPass<Medium>{medium, scene_->seed, cells_, scene_->cell_size,
                                              scene_->strata, scene_->matter_scale, matter_.data()},
                           cells, interrupts_, scratch_);
         },
@@ -155,7 +159,7 @@ class CudaBackend final : public Backend {
     select();
     if (!numerator.empty()) numerator_.write(numerator.data());
     if (!denominator.empty()) denominator_.write(denominator.data());
-    field_ = {scene_->cells, numerator.empty() ? nullptr : numerator_.data(), denominator_.data()};
+    field_ = {cells_, numerator.empty() ? nullptr : numerator_.data(), denominator_.data()};
   }
 
   bool illuminate_with_taken(double photon_power, const std::vector<float>& denominator) override {
@@ -166,7 +170,7 @@ class CudaBackend final : public Backend {
                                   numerator_.data());
     require(cudaGetLastError(), "launching a kernel");
     denominator_.write(denominator.data());
-    field_ = {scene_->cells, numerator_.data(), denominator_.data()};
+    field_ = {cells_, numerator_.data(), denominator_.data()};
     return true;
   }
 
@@ -223,6 +227,7 @@ class CudaBackend final : public Backend {
   AnyMedium medium_;  // its arrays on the device
   Camera camera_;     // the same
   Lights lights_;
+  IlluminationCells cells_;
   DirectLights direct_lights_;
   IlluminationField field_;
   const std::uint32_t* bright_pixels_ = nullptr;

@@ -56,8 +56,7 @@ std::uint64_t address_space() {
 std::uint64_t available_memory() { return std::min({machine(), control_group(), address_space()}); }
 
 std::string memory_shortage(const Scene& scene, int lights) {
-  std::uint64_t light = 3 * sizeof(std::int64_t);
-  for (const int n : stored_illumination_resolution(scene)) light *= static_cast<std::uint64_t>(n);
+  const std::uint64_t light = 3 * sizeof(std::int64_t) * plan_illumination(scene).stored;
   const auto side = static_cast<std::uint64_t>(stored_illumination_order(scene) + 1);
   const std::uint64_t needed =
       memory_needed(scene) + static_cast<std::uint64_t>(lights - 1) * light * side * side;

@@ -46,14 +46,13 @@ class CpuBackend final : public Backend {
     Detectors detectors = scene_->detectors;
     if (!detectors_.empty()) detectors.sums = detectors_.data();
     return visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      const ShootPass<Medium, Sampler> pass{
-          medium,
-          sampler,
-          Lights{scene_->emitters.data(), static_cast<int>(scene_->emitters.size())},
-          scene_->seed,
-          IlluminationTally{scene_->cells, illumination_.data()},
-          {nullptr},
-          detectors};
+      const ShootPass<Medium, Sampler> pass{medium,
+                                            sampler,
+                                            scene_->lights(),
+                                            scene_->seed,
+                                            IlluminationTally{scene_->cells, illumination_.data()},
+                                            {nullptr},
+                                            detectors};
       return run_walks(photons, pass);
     });
   }

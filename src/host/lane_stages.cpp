@@ -262,6 +262,13 @@ constexpr Numbers numbers = [] {
 [[gnu::flatten]] void locate(Lanes& s, const IlluminationCells& c) {
   const int used = whole_registers(s.used);
   const IlluminationCells cells = c;
+  if (cells.bricks.table) {  // searches, which no lanes share
+    for (int l = 0; l < s.used; ++l) {
+      if (s.real[l] == 1)
+        s.illumination_cell[l] = static_cast<std::int32_t>(cells.cell_of({s.x[l], s.y[l], s.z[l]}));
+    }
+    return;
+  }
   for (int l = 0; l < used; ++l) {
     s.illumination_cell[l] =
         (MajorantGrid::coordinate(s.z[l], cells.inverse_cell_size.z, cells.nz) * cells.ny

@@ -348,7 +348,9 @@ Case<Field> mesh() {
   keys.push_back(key("voxels", &VolumeSource::voxels, integer<int>(limits::mesh_voxels), "",
                      "along its longest side"));
   return one<Field, VolumeSource>(
-      "mesh", "density 1 within a closed mesh; a shell two voxels thick along an open one",
+      "mesh",
+      "density 1 within a closed mesh, or the share of each voxel that is inside where walls are "
+      "thin; a shell two voxels thick along an open one",
       std::move(keys),
       {{},
        false,
@@ -824,7 +826,8 @@ const Kind<Scene>& table() {
                 {key("resolution", &Scene::illumination_resolution, cells(limits::illumination), "",
                      "cells; 0: as many as make them 1.75 mean free paths of the densest matter "
                      "wide, "
-                     "64 to 128 along the longest edge"),
+                     "64 to 128 along the longest edge; in a box that is nearly empty about the "
+                     "matter alone"),
                  key("order", &Scene::illumination_order, integer<int>(limits::order), "",
                      "of the spherical harmonics, -1: 2 unless all scattering is isotropic")},
                 "grid in which the photons leave their light")},

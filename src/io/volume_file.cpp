@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <cerrno>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
@@ -25,6 +26,7 @@
 
 #include "io/helper/protocol.h"
 #include "io/json_text.h"
+#include "tyndall/render/check.h"
 
 namespace tyndall::io {
 namespace {
@@ -96,9 +98,13 @@ struct Limits {
   std::uint64_t clock;   ///< [s]
 };
 
-Limits limits_for(std::uint64_t file_size) {
+/// \param voxels along the longest side of a mesh: what it takes follows the area of its faces, of
+/// which few have more than ten times the square of that. 0: no mesh
+Limits limits_for(std::uint64_t file_size, int voxels) {
   const std::uint64_t megabytes = file_size / 1000000;
-  return {(std::uint64_t{2} << 30) + 64 * file_size, 6 + megabytes, 8 + 4 * megabytes};
+  const auto square = static_cast<std::uint64_t>(voxels) * static_cast<std::uint64_t>(voxels);
+  const std::uint64_t seconds = megabytes + square / 10000;
+  return {(std::uint64_t{2} << 30) + 64 * file_size + 4096 * square, 6 + seconds, 8 + 4 * seconds};
 }
 
 /// Waits for a child; kills it when nobody waits any longer.
@@ -201,10 +207,10 @@ std::string signal_name(int signal) {
 /// Calls the helper. \return its object. \throws Error where it fails, with what is known of the
 /// reason.
 Json call_helper(const std::string& path, const Descriptor& file, const Descriptor& grid,
-                 std::vector<std::string> words) {
+                 std::vector<std::string> words, int voxels = 0) {
   struct stat status {};
   ::fstat(file.number(), &status);
-  const Limits limits = limits_for(static_cast<std::uint64_t>(status.st_size));
+  const Limits limits = limits_for(static_cast<std::uint64_t>(status.st_size), voxels);
   words.insert(words.begin() + 1, {std::to_string(limits.memory), std::to_string(limits.cpu)});
 
   int ends[2];
@@ -218,6 +224,10 @@ Json call_helper(const std::string& path, const Descriptor& file, const Descript
   std::string text;
   const auto deadline = Clock::now() + std::chrono::seconds(limits.clock);
   const bool ended = read_report(output.number(), deadline, text);
+  if (!ended && voxels > 0)
+    fail(path, fmt::format("{} voxels took longer than {} s: given up; where the machine is busy, "
+                           "try again, or lower \"voxels\"",
+                           voxels, limits.clock));
   if (!ended)
     fail(path, fmt::format("damaged, or too slow to read: given up after {} s; where the machine "
                            "is busy, try again",
@@ -225,6 +235,10 @@ Json call_helper(const std::string& path, const Descriptor& file, const Descript
   const int result = child.wait();
   if (WIFSIGNALED(result)) {
     const int signal = WTERMSIG(result);
+    if (voxels > 0 && (signal == SIGXCPU || signal == SIGKILL))
+      fail(path, fmt::format("{} voxels took more than {} s of processor time, or more memory than "
+                             "there is; lower \"voxels\"",
+                             voxels, limits.cpu));
     if (signal == SIGXCPU || signal == SIGKILL)
       fail(path, fmt::format("damaged: reading it took more than {} s of processor time, or more "
                              "memory than there is, and was ended",
@@ -293,6 +307,8 @@ std::string remedy(const Json& grids) {
     if (grids.empty()) fail(path, message);
     fail(path, fmt::format("{}; its grids: {}{}", message, listed(grids), remedy(grids)));
   }
+  if (kind == error_memory && fs::path(path).extension() == ".obj")
+    fail(path, "too large: " + message);
   if (kind == error_memory) fail(path, "damaged, or too large: " + message);
   fail(path, "damaged: " + cut(message, 300));
 }
@@ -352,11 +368,24 @@ void add_warnings(const Json& loaded, LoadedVolume& out) {
     out.warnings.push_back("the background is no number or beyond 1e12: taken as 0");
 }
 
+/// A wall that interpolated distances would lose is kept as what it fills of the voxels.
+std::string thin_walls(double share, double width, int voxels) {
+  const double wanted = std::ceil(1.5 * voxels / width);
+  return fmt::format(
+      "{:.2g} % of its faces bound walls thinner than a voxel and a half: the density is what is "
+      "filled of each voxel, and blurs its faces by one; {}",
+      100 * share,
+      limits::mesh_voxels.contains(wanted)
+          ? fmt::format("\"voxels\": {:.0f} keeps them sharp", wanted)
+          : fmt::format("no \"voxels\" up to {:.0f} keeps them sharp", limits::mesh_voxels.high));
+}
+
+/// \param voxels see limits_for()
 LoadedVolume load(const std::string& path, std::vector<std::string> words,
-                  Emptiness emptiness = Emptiness::refused) {
+                  Emptiness emptiness = Emptiness::refused, int voxels = 0) {
   const auto start = Clock::now();
   const Descriptor file = open_file(path), memory = memory_file();
-  const Json report = call_helper(path, file, memory, std::move(words));
+  const Json report = call_helper(path, file, memory, std::move(words), voxels);
   if (report.contains("error")) fail_as_reported(path, report);
   const Json loaded = report.value("loaded", Json::object());
   LoadedVolume out;
@@ -366,6 +395,8 @@ LoadedVolume load(const std::string& path, std::vector<std::string> words,
   if (out.is_open)
     out.warnings.push_back(
         "an open mesh: a shell two voxels thick along its faces, nothing within");
+  if (const double share = loaded.value("thin_walls", 0.0); share > 0)
+    out.warnings.push_back(thin_walls(share, loaded.value("thin_width", 1.0), voxels));
   try {
     out.volume = adopt(memory, loaded);
   } catch (const DamagedVolume& damage) {
@@ -400,7 +431,7 @@ LoadedVolume load_volume(const std::string& path, const std::string& fallback,
 }
 
 LoadedVolume load_mesh(const std::string& path, int voxels) {
-  return load(path, {"mesh", std::to_string(voxels)});
+  return load(path, {"mesh", std::to_string(voxels)}, Emptiness::refused, voxels);
 }
 
 VolumeContents list_grids(const std::string& path) {

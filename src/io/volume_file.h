@@ -58,7 +58,8 @@ LoadedVolume load_volume(const std::string& path, const std::string& fallback,
                          Emptiness emptiness = Emptiness::refused);
 
 /// Voxelises what is within a mesh, or a shell about it where it is open, at `voxels` along its
-/// longest side, as a level set. \throws Error(input_missing).
+/// longest side, as a level set; as the share of each voxel that is inside where walls are too thin
+/// for that. \throws Error(input_missing).
 LoadedVolume load_mesh(const std::string& path, int voxels);
 
 /// \throws Error(input_missing).

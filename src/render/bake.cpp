@@ -12,6 +12,7 @@
 
 #include "render/read_out.h"
 #include "render/scene_values.h"
+#include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/prepare.h"
@@ -176,6 +177,7 @@ Scene scene_to_bake(Scene scene, bool with_directions, bool per_light) {
   scene.integrator = scene::Integrator::photons;
   scene.single_scattering = scene::SingleScattering::grid;
   scene.illumination_order = with_directions ? 1 : 0;
+  scene.illumination_resolution = dense_illumination_resolution(scene);  // of all the box
   scene.detectors = {};
   scene.samples = most_replicates;  // what tells the error
   scene.camera.resolution = {1, 1};

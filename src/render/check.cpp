@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <limits>
-#include <numbers>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -13,9 +14,11 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
+#include "render/cube_root.h"
 #include "render/phase.h"
 #include "render/scene_values.h"
 #include "tyndall/base/math.h"
+#include "tyndall/medium/noise.h"
 #include "tyndall/render/image.h"
 #include "tyndall/render/volume.h"
 #include "tyndall/transport/film.h"
@@ -57,51 +60,112 @@ double largest_density(const Field& field) {
   return 1.0;
 }
 
-/// [field unit^3] of a body, or more; infinite where it has no end.
-double space_of(const Everywhere&) { return std::numeric_limits<double>::infinity(); }
-double space_of(const Layer&) { return std::numeric_limits<double>::infinity(); }
-double space_of(const Sphere& s) {
-  return 4 * std::numbers::pi / 3 * s.radius * s.radius * s.radius;
-}
-double space_of(const Ellipsoid& s) {
-  return 4 * std::numbers::pi / 3 * s.radii.x * s.radii.y * s.radii.z;
-}
-double space_of(const Cuboid& s) {
-  const glm::dvec3 extent = s.max - s.min;
-  return extent.x * extent.y * extent.z;
-}
-double space_of(const Torus& s) {
-  return 2 * std::numbers::pi * std::numbers::pi * s.ring_radius * s.tube_radius * s.tube_radius;
-}
-double space_of(const Capsule& s) {
-  return std::numbers::pi * s.radius * s.radius * (glm::length(s.b - s.a) + 4.0 / 3 * s.radius);
-}
-double space_of(const Plume& s) {
-  const double a = s.radius_base, b = s.radius_top;
-  return std::numbers::pi / 3 * s.height * (a * a + a * b + b * b);
+double density_of(const scene::Remap& remap, float value) {
+  return largest_density(remap, double{value}, double{value});
 }
 
-/// [field unit^3] of what has matter in it, or may have; infinite where all may. Expects a sound
-/// field.
-double space_of(const Field& field) {
-  const auto of_body = [](const auto& body) {
-    return std::visit([](const auto& shape) { return space_of(shape); }, body);
-  };
-  return std::visit(
-      Overloaded{[&](const scene::Solid& solid) { return of_body(solid.body); },
-                 [&](const scene::NoiseCloud& cloud) { return of_body(cloud.body); },
-                 [](const scene::DenseGrid&) { return 1.0; },
-                 [](const scene::SparseGrid& grid) {
-                   const Volume& v = *grid.volume;
-                   const bool is_everywhere =
-                       !v.is_level_set()
-                       && largest_density(grid.remap, v.background(), v.background()) > 0;
-                   if (is_everywhere || v.active_voxels() == 0) return space_of(Everywhere{});
-                   const glm::dvec3 extent = glm::dvec3(v.high() - v.low()) + 2.0;
-                   return extent.x * extent.y * extent.z
-                          * std::abs(glm::determinant(glm::dmat3(fitted(grid) * v.to_world())));
-                 }},
-      field);
+ValueCounts counts_of(const scene::DenseGrid& grid) {
+  ValueCounts counts;
+  for (const float v : grid.values) counts.add(v);
+  return counts;
+}
+const ValueCounts& counts_of(const scene::SparseGrid& grid) { return grid.volume->counts(); }
+
+/// Calls visit(density, voxels) for the voxels of a grid, those of about one value together.
+template <class Grid, class Visit>
+void for_densities(const Grid& grid, Visit&& visit) {
+  counts_of(grid).for_each(
+      [&](float value, std::uint64_t count) { visit(density_of(grid.remap, value), count); });
+}
+
+/// The density that half of a grid's extinction is at, or above: the densest voxel says nothing of
+/// the rest.
+template <class Grid>
+double median_density(const Grid& grid) {
+  std::vector<std::pair<double, double>> matter;  // density, extinction
+  double total = 0;
+  for_densities(grid, [&](double density, std::uint64_t count) {
+    if (!(density > 0)) return;
+    matter.emplace_back(density, density * static_cast<double>(count));
+    total += matter.back().second;
+  });
+  std::sort(matter.begin(), matter.end(), std::greater<>());
+  double sum = 0;
+  for (const auto& [density, extinction] : matter) {
+    sum += extinction;
+    if (sum >= 0.5 * total) return density;
+  }
+  return 0;
+}
+
+/// Expects values in their ranges. \return the density where most of a field's extinction is.
+double typical_density(const Field& field) {
+  if (const auto* grid = std::get_if<scene::DenseGrid>(&field)) return median_density(*grid);
+  const auto* grid = std::get_if<scene::SparseGrid>(&field);
+  if (grid && grid->volume && !grid->volume->is_level_set()) return median_density(*grid);
+  return 1;
+}
+
+constexpr double endless = std::numeric_limits<double>::infinity();
+
+double ball(double radii) { return 4.0 / 3 * double{pi} * radii; }
+
+double filled_volume(const scene::Solid& solid) {
+  return std::visit(Overloaded{[](const Everywhere&) { return endless; },
+                               [](const Sphere& b) { return ball(b.radius * b.radius * b.radius); },
+                               [](const Cuboid& b) {
+                                 const glm::dvec3 e = b.max - b.min;
+                                 return e.x * e.y * e.z;
+                               },
+                               [](const Torus& b) {
+                                 return 2 * double{pi} * double{pi} * b.ring_radius * b.tube_radius
+                                        * b.tube_radius;
+                               },
+                               [](const Capsule& b) {
+                                 return ball(b.radius * b.radius * b.radius)
+                                        + double{pi} * b.radius * b.radius * glm::length(b.b - b.a);
+                               }},
+                    solid.body);
+}
+double filled_volume(const scene::NoiseCloud& cloud) {
+  if (!(cloud.falloff > 0)) return endless;
+  const double most =
+      cloud.coverage + double{fractal_noise_bound(cloud.octaves, static_cast<float>(cloud.gain))};
+  const double square = std::max(most / cloud.falloff, 0.0), cube = square * std::sqrt(square);
+  if (const auto* b = std::get_if<Sphere>(&cloud.body))
+    return cube * ball(b->radius * b->radius * b->radius);
+  if (const auto* b = std::get_if<Ellipsoid>(&cloud.body))
+    return cube * ball(b->radii.x * b->radii.y * b->radii.z);
+  return endless;
+}
+template <class Grid>
+double filled_voxels(const Grid& grid) {
+  double voxels = 0;
+  for_densities(grid, [&](double density, std::uint64_t count) {
+    if (density > 0) voxels += static_cast<double>(count);
+  });
+  return voxels;
+}
+double filled_volume(const scene::DenseGrid& grid) {
+  return filled_voxels(grid) / std::max(static_cast<double>(grid.values.size()), 1.0);
+}
+double filled_volume(const scene::SparseGrid& grid) {
+  if (!grid.volume) return endless;
+  const Volume& v = *grid.volume;
+  const double voxel =
+      std::abs(glm::determinant(glm::dmat3(fitted(grid)) * glm::dmat3(v.to_world())));
+  if (v.is_level_set()) {  // what is inside is not active
+    const glm::dvec3 extent = glm::dvec3(v.high() - v.low()) + 1.0;
+    return voxel * extent.x * extent.y * extent.z;
+  }
+  if (density_of(grid.remap, v.background()) > 0) return endless;
+  return voxel * filled_voxels(grid);
+}
+
+/// How much of space a component fills, or more.
+double filled_volume(const scene::Component& c) {
+  const double of_field = std::visit([](const auto& f) { return filled_volume(f); }, c.field);
+  return of_field * std::abs(glm::determinant(glm::dmat3(c.transform)));
 }
 
 /// Lengths and angles are judged in double precision: what is parallel to 1e-6 is parallel.
@@ -205,15 +269,33 @@ class Checker {
       if (extent <= 0) {
         error("medium.box", fmt::format("expected max above min, got {} from {} to {}",
                                         axis_names[a], low[a], high[a]));
-      } else if (extent < 1e-3 * std::max(std::abs(low[a]), std::abs(high[a]))
+      } else if (extent < thinnest() * std::max(std::abs(low[a]), std::abs(high[a]))
                  || extent < limits::size.low) {
         error("medium.box",
               fmt::format("too thin for single precision: {} from {} to {}; move it nearer to the "
-                          "origin or make it thicker than a thousandth of its distance from there",
-                          axis_names[a], low[a], high[a]));
+                          "origin or make it thicker than {} of its distance from there{}",
+                          axis_names[a], low[a], high[a], has_noise() ? "a thousandth" : "1e-8",
+                          has_noise() ? " (noise is what it is at its place)" : ""));
       }
     }
   }
+
+  /// Noise has its own origin, and single precision there; all else is brought to the box in
+  /// double.
+  bool has_noise() const {
+    const auto is_noise = [](const Field& field) {
+      return std::holds_alternative<scene::NoiseCloud>(field);
+    };
+    const std::vector<scene::Component>& all = scene_.medium.components;
+    return std::any_of(all.begin(), all.end(), [&](const scene::Component& c) {
+      const auto* color = std::get_if<ColorEmission>(&c.emission);
+      const auto* body = std::get_if<BlackbodyEmission>(&c.emission);
+      return is_noise(c.field) || (color && is_noise(color->field))
+             || (body && is_noise(body->temperature));
+    });
+  }
+  /// Of the box, along an axis, over its distance from the origin.
+  double thinnest() const { return has_noise() ? nearest_far : 1e-8; }
 
   bool any_ground() const {
     const auto& grounds = scene_.medium.ground;
@@ -273,8 +355,7 @@ class Checker {
   /// Matter of one unit in a box of another is a speck that few photons find.
   void size(const std::string& path, const scene::Component& c) {
     const glm::dvec3 box = scene_.medium.box_max - scene_.medium.box_min;
-    const double share = space_of(c.field) * std::abs(glm::determinant(glm::dmat3(c.transform)))
-                         / (box.x * box.y * box.z);
+    const double share = filled_volume(c) / (box.x * box.y * box.z);
     constexpr double least = 1e-6;
     if (share > 0 && share < least)
       warning(
@@ -346,6 +427,30 @@ class Checker {
                       densest == 1 ? "" : fmt::format(", where the density is {:.3g}", densest),
                       most, most / (densest * across)));
     }
+    crawling(path, c);
+  }
+
+  /// In a super-voxel that a surface passes through the bound is that of the inside: who crosses it
+  /// outside has as many tentative collisions as if it were full.
+  void crawling(const std::string& path, const scene::Component& c) {
+    const auto* solid = std::get_if<scene::Solid>(&c.field);
+    if (solid && std::holds_alternative<Everywhere>(solid->body)) return;
+    const glm::dvec3 extent = scene_.medium.box_max - scene_.medium.box_min;
+    double crossings =
+        0;  // [1/length] of super-voxels, where no more are said as many as there may be
+    for (int a = 0; a < 3; ++a) {
+      const int n = scene_.medium.majorant_resolution[static_cast<std::size_t>(a)];
+      crossings += 0.5 * (n > 0 ? n : 64) / extent[a];
+    }
+    constexpr double many = 100;
+    const double collisions = c.extinction * typical_density(c.field) / crossings;
+    if (!(collisions > many)) return;
+    warning(
+        path + ".extinction",
+        fmt::format("photons crawl: they need {:.3g} tentative collisions to pass a super-voxel "
+                    "at its surface; an extinction of {:.2g} is opaque, too, or raise "
+                    "medium.majorants.resolution",
+                    collisions, c.extinction * many / collisions));
   }
 
   void transform(const std::string& path, const glm::dmat4& m) {
@@ -734,22 +839,43 @@ class Checker {
 
   // ---- Work and detectors
 
-  /// What the light of cells of several mean free paths is worth. The densest voxel of a grid says
-  /// nothing of the rest.
+  /// Whether neither matter nor light changes along an axis: then cells may be of any width.
+  bool is_uniform(int axis) const {
+    const Medium& m = scene_.medium;
+    const auto spans = [&](const scene::Component& c, const Field& field) {
+      const auto* solid = std::get_if<scene::Solid>(&field);
+      if (!solid) return false;
+      if (std::holds_alternative<Everywhere>(solid->body)) return true;
+      const auto* body = std::get_if<Cuboid>(&solid->body);
+      return body && c.transform == glm::dmat4(1.0) && body->min[axis] <= m.box_min[axis]
+             && body->max[axis] >= m.box_max[axis];
+    };
+    const auto is_even = [&](const scene::Component& c) {
+      return spans(c, c.field) && std::holds_alternative<NoEmission>(c.emission);
+    };
+    const auto is_far = [](const scene::Light& light) {
+      return std::holds_alternative<scene::DirectionalLight>(light)
+             || std::holds_alternative<scene::EnvironmentLight>(light);
+    };
+    return !open(axis) && std::all_of(m.components.begin(), m.components.end(), is_even)
+           && std::all_of(scene_.lights.begin(), scene_.lights.end(), is_far);
+  }
+
+  /// What the light of cells of several mean free paths is worth.
   void coarse_cells() {
     if (scene_.integrator == scene::Integrator::path || !problems_.errors.empty()) return;
     const std::array<int, 3> cells = stored_illumination_resolution(scene_);
     const glm::dvec3 extent = scene_.medium.box_max - scene_.medium.box_min;
     double width = 0;
     for (int axis = 0; axis < 3; ++axis)
-      width = std::max(width, extent[axis] / cells[static_cast<std::size_t>(axis)]);
+      if (!is_uniform(axis))
+        width = std::max(width, extent[axis] / cells[static_cast<std::size_t>(axis)]);
     for (std::size_t i = 0; i < scene_.medium.components.size(); ++i) {
       const scene::Component& c = scene_.medium.components[i];
-      const double paths = width * c.extinction * double{largest_density(c.field)};
-      const bool is_grid = std::holds_alternative<scene::DenseGrid>(c.field)
-                           || std::holds_alternative<scene::SparseGrid>(c.field);
+      if (!(largest(c.albedo) > 0)) continue;
+      const double paths = width * c.extinction * typical_density(c.field);
       constexpr double many = 4;  // of which the dark side of a slab is half as bright again
-      if (is_grid || !(largest(c.albedo) > 0) || paths <= many * (1 + scene_.bounces)) continue;
+      if (paths <= many * (1 + scene_.bounces)) continue;
       warning(
           "photons.illumination.resolution",
           fmt::format("cells are {:.3g} mean free paths of medium.components[{}] wide: dark sides "
@@ -883,7 +1009,7 @@ int stored_illumination_order(const Scene& scene) {
   return needed_illumination_order(scene) > 0 ? highest_order : 0;
 }
 
-std::array<int, 3> stored_illumination_resolution(const Scene& scene) {
+std::array<int, 3> dense_illumination_resolution(const Scene& scene) {
   const glm::dvec3 extent = scene.medium.box_max - scene.medium.box_min;
   const double longest = std::max({extent.x, extent.y, extent.z});
   double densest = 0;  // of one component: where several overlap, little of it is as dense as all
@@ -899,6 +1025,46 @@ std::array<int, 3> stored_illumination_resolution(const Scene& scene) {
   return cells;
 }
 
+IlluminationPlan plan_illumination(const Scene& scene) {
+  IlluminationPlan plan;
+  plan.cells = dense_illumination_resolution(scene);
+  plan.stored = product(plan.cells);
+  const auto is_given = [](int n) { return n > 0; };
+  const std::array<int, 3>& given = scene.illumination_resolution;
+  if (std::any_of(given.begin(), given.end(), is_given)) return plan;
+
+  const glm::dvec3 extent = scene.medium.box_max - scene.medium.box_min;
+  double thickest = 0, filled = 0, widest = 0;
+  for (const scene::Component& c : scene.medium.components) {
+    if (largest(c.albedo) > 0)
+      thickest = std::max(thickest, c.extinction * typical_density(c.field));
+    filled += filled_volume(c);
+  }
+  for (int axis = 0; axis < 3; ++axis)
+    widest = std::max(widest, extent[axis] / plan.cells[static_cast<std::size_t>(axis)]);
+  const double box = extent.x * extent.y * extent.z;
+  if (!(thickest > 0) || !(filled > 0) || !(8 * filled < box)) return plan;
+  const double finest = cube_root(filled) / 128, coarsest = 2 * finest;
+  const double wanted = std::max(cells_in_free_paths / thickest, finest),
+               width = std::min(wanted, coarsest);
+  const bool is_coarse = 2 * wanted < widest, is_lost = 64 * filled < box && 2 * width < widest;
+  if (!is_coarse && !is_lost) return plan;
+
+  // Bricks at the rim of the matter are not full. And single precision resolves no more cells.
+  constexpr double finest_share = 1 << 20, rim = 8;
+  for (int axis = 0; axis < 3; ++axis)
+    plan.cells[static_cast<std::size_t>(axis)] =
+        static_cast<int>(std::clamp(std::ceil(extent[axis] / width), 1.0, finest_share));
+  plan.is_sparse = true;
+  plan.stored = static_cast<std::uint64_t>(
+      std::min(rim * filled / (width * width * width), static_cast<double>(most_stored_cells)));
+  return plan;
+}
+
+std::array<int, 3> stored_illumination_resolution(const Scene& scene) {
+  return plan_illumination(scene).cells;
+}
+
 std::uint64_t memory_needed(const Scene& scene) {
   // A pixel: integer tallies of a replicate and of all, what their spread takes, and 20 floats.
   const std::array<int, 4>& crop = scene.camera.crop;
@@ -911,8 +1077,7 @@ std::uint64_t memory_needed(const Scene& scene) {
   // and the same once more as floats.
   const int order = stored_illumination_order(scene);
   const auto numbers = static_cast<std::uint64_t>(3 * (order + 1) * (order + 1) + 1);
-  const std::uint64_t illumination =
-      product(stored_illumination_resolution(scene)) * numbers * (2 * 8 + 4);
+  const std::uint64_t illumination = plan_illumination(scene).stored * numbers * (2 * 8 + 4);
 
   // A super-voxel: two bounds of each component. A grid: its values here and as the walks read
   // them.

@@ -140,6 +140,13 @@ class LightList {
     std::visit(
         [&](const auto& l) {
           group_ = index_of_group(l.group);
+          using Light = std::decay_t<decltype(l)>;
+          constexpr bool is_far =
+              std::is_same_v<
+                  Light, scene::DirectionalLight> || std::is_same_v<Light, scene::EnvironmentLight>;
+          if constexpr (is_far) {
+            if (!out_.clumps.empty()) return add_at_clumps(l);
+          }
           add(l);
         },
         light);
@@ -215,16 +222,49 @@ class LightList {
   /// One of the scene's lights. \param is_asked whether it is a direct light, too
   void emit_light(Emitter emitter, glm::dvec3 power, bool is_asked) {
     emitter.group = group_;
+    emitter.clump = clump_;
     emitter.is_apart = out_.is_apart && is_asked;
     emit(emitter, power);
   }
   /// \param power it sends into the medium, or about that
   void ask(DirectLight light, glm::dvec3 amount, glm::dvec3 power) {
     if (!(largest(amount) > 0)) return;
+    if (clump_ > 0) {  // it is one light
+      direct_.back().power += power;
+      return;
+    }
     light.group = group_;
     light.amount = to_vec3f(amount);
     direct_.push_back({light, power});
   }
+  /// A light far away, as often as there are clumps: each as if it were all that there is.
+  template <class Light>
+  void add_at_clumps(const Light& light) {
+    const Box whole = box_;
+    glm::dvec3 unshot = power_into_box(light);
+    for (const Clump& clump : out_.clumps) {
+      box_.extent = clump.size;
+      ++clump_;
+      add(light);
+      unshot -= power_into_box(light);  // that of lines through several counts several times
+    }
+    box_ = whole;
+    clump_ = -1;
+    out_.unshot_power += glm::max(unshot, glm::dvec3(0));
+  }
+
+  /// Of a small sun: of its middle. Of images: none.
+  glm::dvec3 power_into_box(const scene::DirectionalLight& light) const {
+    const Vec3f areas = lit_areas(box_, to_vec3f(glm::normalize(light.direction)));
+    return double{areas.x + areas.y + areas.z} * light.irradiance;
+  }
+  glm::dvec3 power_into_box(const scene::EnvironmentLight& light) const {
+    if (light.image) return glm::dvec3(0);
+    double area = 0;
+    for (Face face = 0; face < 6; ++face) area += face_area(box_, face);
+    return double{pi} * area * light.scale * light.radiance;
+  }
+
   /// A light at a place, which between periodic sides has images without end: no one asks them.
   void add_placed(const Emitter& emitter, glm::dvec3 power, const DirectLight& direct,
                   glm::dvec3 amount) {
@@ -388,9 +428,15 @@ class LightList {
   void add_sky(const scene::EnvironmentLight& light) {
     Emitter e;
     e.kind = Emitter::Kind::sky;
-    std::vector<std::uint32_t> ends = tabulate(*light.image, e.sky, stop_);
-    if (ends.empty()) return;  // black
-    e.sky.ends = ends.data();
+    std::vector<std::uint32_t> ends;
+    if (clump_ > 0 && sky_.ends) {
+      e.sky = sky_;
+    } else {
+      ends = tabulate(*light.image, e.sky, stop_);
+      if (ends.empty()) return;  // black
+      e.sky.ends = ends.data();
+    }
+    sky_ = e.sky;
     const double turn = 0.5 + light.rotation / 360;
     e.sky.shift = static_cast<float>(turn - std::floor(turn));
     e.bound = static_cast<float>(largest_open_area({}) * margin);
@@ -400,7 +446,7 @@ class LightList {
     direct.kind = DirectLight::Kind::sky;
     direct.sky = e.sky;
     ask(direct, glm::dvec3(light.scale), power);
-    out_.sky_tables.push_back(std::move(ends));  // its memory stays where it is
+    if (!ends.empty()) out_.sky_tables.push_back(std::move(ends));  // its memory stays where it is
   }
 
   /// No less than the open faces show to any direction of the cone.
@@ -422,6 +468,8 @@ class LightList {
   const Stop& stop_;
   PreparedScene& out_;
   int group_ = -1;
+  int clump_ = -1;  ///< that light from far away is aimed at
+  SkyImage sky_;    ///< of the image that was tabulated last
   std::vector<Weighed<Emitter>> emitters_;
   std::vector<Weighed<DirectLight>> direct_;
 };

@@ -6,10 +6,14 @@
 #include <numeric>
 #include <optional>
 
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <glm/vector_relational.hpp>
 
+#include "render/bricks.h"
 #include "render/camera.h"
+#include "render/cube_root.h"
 #include "render/emission.h"
 #include "render/lights.h"
 #include "render/majorants.h"
@@ -42,28 +46,29 @@ Box view(const scene::Medium& medium) {
 
 // ---- Components
 
-Solid view(const scene::Solid& solid) {
+/// \param origin of field space, in the scene's
+Solid view(const scene::Solid& solid, const glm::dvec3& origin) {
   Solid s;
   std::visit(Overloaded{[&](const scene::Everywhere&) { s.body = Solid::Body::everywhere; },
                         [&](const scene::Sphere& b) {
                           s.body = Solid::Body::sphere;
-                          s.center = to_vec3f(b.center);
+                          s.center = to_vec3f(b.center - origin);
                           s.radius = static_cast<float>(b.radius);
                         },
                         [&](const scene::Cuboid& b) {
                           s.body = Solid::Body::cuboid;
-                          s.center = to_vec3f(0.5 * (b.min + b.max));
+                          s.center = to_vec3f(0.5 * (b.min + b.max) - origin);
                           s.half = to_vec3f(0.5 * (b.max - b.min));
                         },
                         [&](const scene::Torus& b) {
                           s.body = Solid::Body::torus;
-                          s.center = to_vec3f(b.center);
+                          s.center = to_vec3f(b.center - origin);
                           s.ring = static_cast<float>(b.ring_radius);
                           s.radius = static_cast<float>(b.tube_radius);
                         },
                         [&](const scene::Capsule& b) {
                           s.body = Solid::Body::capsule;
-                          s.center = to_vec3f(0.5 * (b.a + b.b));
+                          s.center = to_vec3f(0.5 * (b.a + b.b) - origin);
                           s.half = to_vec3f(0.5 * (b.b - b.a));
                           s.radius = static_cast<float>(b.radius);
                         }},
@@ -137,26 +142,45 @@ glm::dmat4 view_to_field(const scene::Field& field, const scene::Field& leader) 
   return fitted(first ? *first : *grid) * place;
 }
 
+/// Where the field space of a view of a solid begins: far from the scene's origin, where single
+/// precision would lose it, at the box.
+glm::dvec3 view_origin(const scene::Component& component, const scene::Field& field,
+                       const scene::Medium& medium) {
+  const glm::dvec3 low = medium.box_min, high = medium.box_max;
+  const glm::dvec3 away = glm::max(glm::abs(low), glm::abs(high));
+  const bool is_far = glm::any(glm::lessThan(high - low, nearest_far * away));
+  if (!is_far || !std::holds_alternative<scene::Solid>(field)) return glm::dvec3(0.0);
+  return glm::dvec3(glm::inverse(component.transform) * glm::dvec4(low, 1.0));
+}
+
 /// Local space to the field space of a view of `field`, the component's or its emission's.
 Affine local_to_view(const scene::Component& component, const scene::Field& field,
-                     glm::dvec3 box_min) {
+                     const scene::Medium& medium) {
   const glm::dmat4 inverse =
       glm::inverse(component.transform * view_to_field(field, component.field));
-  const glm::dvec3 offset(inverse * glm::dvec4(box_min, 1.0));
+  const glm::dvec3 offset =
+      glm::dvec3(inverse * glm::dvec4(medium.box_min, 1.0)) - view_origin(component, field, medium);
   return {to_vec3f({inverse[0][0], inverse[1][0], inverse[2][0]}),
           to_vec3f({inverse[0][1], inverse[1][1], inverse[2][1]}),
           to_vec3f({inverse[0][2], inverse[1][2], inverse[2][2]}), to_vec3f(offset)};
 }
 
-AnyField any_view(const scene::Field& field) {
-  return std::visit([](const auto& f) { return AnyField(view(f)); }, field);
+/// A view of `field`, the component's or its emission's.
+AnyField any_view(const scene::Component& component, const scene::Field& field,
+                  const scene::Medium& medium) {
+  return std::visit(Overloaded{[&](const scene::Solid& f) {
+                                 return AnyField(view(f, view_origin(component, field, medium)));
+                               },
+                               [](const auto& f) { return AnyField(view(f)); }},
+                    field);
 }
 
 /// \return nothing where the component does not shine.
-std::optional<Emission> view_emission(const scene::Component& component, glm::dvec3 box_min) {
+std::optional<Emission> view_emission(const scene::Component& component,
+                                      const scene::Medium& medium) {
   Emission e;
   const auto place = [&](const scene::Field& field) {
-    e.to_field = local_to_view(component, field, box_min);
+    e.to_field = local_to_view(component, field, medium);
   };
   if (const auto* color = std::get_if<scene::ColorEmission>(&component.emission)) {
     e.factor = to_vec3f(color->radiance);
@@ -167,7 +191,7 @@ std::optional<Emission> view_emission(const scene::Component& component, glm::dv
       e.colors = grid->volume->color_view();
       e.colors.nearest = grid->interpolation == scene::Interpolation::nearest;
     } else {
-      e.field = any_view(color->field);
+      e.field = any_view(component, color->field, medium);
     }
     return e;
   }
@@ -176,16 +200,16 @@ std::optional<Emission> view_emission(const scene::Component& component, glm::dv
     e.factor = to_vec3f(glm::dvec3(body->intensity));
     e.blackbody.rgb = blackbody_table().data();
     place(body->temperature);
-    e.field = any_view(body->temperature);
+    e.field = any_view(component, body->temperature, medium);
     return e;
   }
   return {};
 }
 
-Component<AnyField> view(const scene::Component& component, glm::dvec3 box_min) {
+Component<AnyField> view(const scene::Component& component, const scene::Medium& medium) {
   Component<AnyField> c;
-  c.field = any_view(component.field);
-  c.to_field = local_to_view(component, component.field, box_min);
+  c.field = any_view(component, component.field, medium);
+  c.to_field = local_to_view(component, component.field, medium);
   c.extinction = static_cast<float>(component.extinction);
   c.albedo = to_vec3f(component.albedo);
   return c;
@@ -311,6 +335,17 @@ Detectors view(const scene::Detectors& from, const glm::dvec3& extent) {
 
 bool is_grey(Vec3f color) { return color.x == color.y && color.y == color.z; }
 
+/// Whether light that meets no matter is nothing to anybody: no ground reflects it, no detector
+/// counts it, and it leaves the box.
+bool receives_in_matter_alone(const Scene& scene) {
+  const scene::Medium& m = scene.medium;
+  const auto is_open = [](scene::Side side) { return side == scene::Side::open; };
+  return std::all_of(m.sides.begin(), m.sides.end(), is_open)
+         && std::none_of(m.ground.begin(), m.ground.end(),
+                         [](const auto& albedo) { return albedo.has_value(); })
+         && !detects(scene);
+}
+
 /// One where nothing has a colour: a third of the memory and of the deposits.
 int illumination_channels(const PreparedScene& scene, const Box& box) {
   const bool grey =
@@ -340,11 +375,11 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
       scene.bounces + (scene.single_scattering == scene::SingleScattering::apart ? 2 : 1);
   out.emissions.reserve(scene.medium.components.size());
   for (const scene::Component& c : scene.medium.components) {
-    components.push_back(view(c, scene.medium.box_min));
+    components.push_back(view(c, scene.medium));
     components.back().phase = prepare_phase(c.phase, order, scatterings, out.phase_tables);
     // A path that goes on would miss their light.
     if (has_unsampled_lights(scene)) components.back().phase.is_split = false;
-    if (const auto emission = view_emission(c, scene.medium.box_min)) {
+    if (const auto emission = view_emission(c, scene.medium)) {
       out.emissions.push_back(*emission);
       components.back().emission = &out.emissions.back();
     }
@@ -414,6 +449,12 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.has_grid = scene.integrator == scene::Integrator::photons;
   out.bounces = scene.bounces;
   out.is_apart = scene.single_scattering == scene::SingleScattering::apart;
+  IlluminationPlan plan;
+  if (out.has_grid) plan = plan_illumination(scene);
+  if (plan.is_sparse) {
+    store_bricks(box, plan.cells, threads, stop, out);
+    if (receives_in_matter_alone(scene)) out.clumps = find_clumps(out, box, plan.cells);
+  }
   prepare_lights(scene, box, threads, stop, out);
   prepare_groups(out);
   out.background = to_vec3f(scene.background);
@@ -421,8 +462,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.film_unit = film_unit(scene, out.components, box);
   out.seed = scene.seed;
 
-  const auto [cx, cy, cz] =
-      out.has_grid ? stored_illumination_resolution(scene) : std::array<int, 3>{1, 1, 1};
+  const auto [cx, cy, cz] = plan.cells;
   out.cells = {cx,
                cy,
                cz,
@@ -430,13 +470,21 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
                box,
                to_vec3f(glm::dvec3(cx, cy, cz) / extent),
                illumination_channels(out, box),
-               std::max(static_cast<int>(out.groups.size()) - 1, 1)};
+               std::max(static_cast<int>(out.groups.size()) - 1, 1),
+               {}};
+  if (plan.is_sparse) {
+    out.cells.bricks = {out.brick_table.data(), out.brick_places.data(),
+                        static_cast<std::uint32_t>(out.brick_table.size() - 1),
+                        static_cast<std::uint32_t>(out.brick_places.size())};
+  }
   out.cell_size = to_vec3f(extent / glm::dvec3(cx, cy, cz));
   // As many points as a 256^3 grid has cells: with a million photons their error is 0.02 of the
   // photons' in a cloud and 0.2 at a solid's edge, with 8 million three times that
   // (tests/statistical). No fewer than 3^3 a cell, and 6^3 where there is little, or wisps slip
   // through between them.
-  out.strata = clamp(256 / std::max({cx, cy, cz}), 3, 8);
+  const int across = plan.is_sparse ? static_cast<int>(cube_root(double{1} * out.cells.count()))
+                                    : std::max({cx, cy, cz});
+  out.strata = clamp(256 / across, 3, 8);
   int exponent = 0;
   std::frexp(std::max(double{out.tables.whole_total[0]}, 1e-30), &exponent);
   out.matter_scale = static_cast<float>(std::ldexp(1.0, 40 - exponent));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <mutex>
 #include <vector>
 
 #include <fmt/format.h>
@@ -60,6 +61,8 @@ void require_value(const V& v) {
 
 // ---- The tree
 
+constexpr std::uint64_t voxels_of(std::uint64_t edge) { return edge * edge * edge; }
+
 /// Active voxels.
 struct ActiveBox {
   glm::ivec3 low{std::numeric_limits<int>::max()}, high{std::numeric_limits<int>::min()};
@@ -75,7 +78,7 @@ struct ActiveBox {
   }
   void add_tile(const Coord& at, int edge) {
     const glm::ivec3 l(at[0], at[1], at[2]);
-    add(l, l + (edge - 1), std::uint64_t(edge) * std::uint64_t(edge) * std::uint64_t(edge));
+    add(l, l + (edge - 1), voxels_of(static_cast<std::uint64_t>(edge)));
   }
 };
 
@@ -177,8 +180,11 @@ ValueRange stamp(Data& leaf) {
   return range;
 }
 
+void count(ValueCounts& counts, float v, std::uint64_t n = 1) { counts.add(v, n); }
+void count(ValueCounts&, const nanovdb::Vec3f&, std::uint64_t = 1) {}
+
 template <class Build, class Leaf>
-void read_leaf(Found<Leaf>& found) {
+void read_leaf(Found<Leaf>& found, ValueCounts& counts) {
   auto& leaf = *reinterpret_cast<LeafData<Build>*>(found.node);
   found.range = stamp<Build>(leaf);
   Hasher hash;
@@ -189,24 +195,25 @@ void read_leaf(Found<Leaf>& found) {
     if (!leaf.mValueMask.isOn(n)) continue;
     const glm::ivec3 at = origin + glm::ivec3(n >> 6, n >> 3 & 7, n & 7);
     found.active.add(at, at, 1);
+    count(counts, leaf.getValue(n));
   }
 }
 
 template <class Leaf>
-void read_leaf(GridType type, Found<Leaf>& found) {
+void read_leaf(GridType type, Found<Leaf>& found, ValueCounts& counts) {
   switch (type) {
     case GridType::Fp4:
-      return read_leaf<nanovdb::Fp4>(found);
+      return read_leaf<nanovdb::Fp4>(found, counts);
     case GridType::Fp8:
-      return read_leaf<nanovdb::Fp8>(found);
+      return read_leaf<nanovdb::Fp8>(found, counts);
     case GridType::Fp16:
-      return read_leaf<nanovdb::Fp16>(found);
+      return read_leaf<nanovdb::Fp16>(found, counts);
     case GridType::FpN:
-      return read_leaf<nanovdb::FpN>(found);
+      return read_leaf<nanovdb::FpN>(found, counts);
     case GridType::Vec3f:
-      return read_leaf<nanovdb::Vec3f>(found);
+      return read_leaf<nanovdb::Vec3f>(found, counts);
     default:
-      return read_leaf<float>(found);
+      return read_leaf<float>(found, counts);
   }
 }
 
@@ -232,7 +239,7 @@ Coord entry_origin(const Found<Node>& found, std::uint32_t n) {
 /// The nodes below `parents`; their tiles are read.
 template <class Child, class Parent>
 std::vector<Found<Child>> children(std::vector<Found<Parent>>& parents, Extents& extents,
-                                   GridType type) {
+                                   GridType type, ValueCounts& counts) {
   constexpr bool leaves = Child::LEVEL == 0;
   std::vector<Found<Child>> all;
   for (Found<Parent>& parent : parents) {
@@ -253,7 +260,9 @@ std::vector<Found<Child>> children(std::vector<Found<Parent>>& parents, Extents&
           require_value(data->mTable[n].value);
           parent.range.add(data->mTable[n].value);
           hash_value(hash, data->mTable[n].value);
-          if (data->mValueMask.isOn(n)) parent.active.add_tile(entry_origin(parent, n), Child::DIM);
+          if (!data->mValueMask.isOn(n)) return;
+          parent.active.add_tile(entry_origin(parent, n), Child::DIM);
+          count(counts, data->mTable[n].value, voxels_of(Child::DIM));
         });
     parent.hash = hash.value();
   }
@@ -377,14 +386,20 @@ void Volume::check(int threads) {
       require_value(tile->value);
       range.add(tile->value);
       hash_value(hash, tile->value);
-      if (tile->isActive()) active.add_tile(origin, Tree::Upper::DIM);
+      if (!tile->isActive()) continue;
+      active.add_tile(origin, Tree::Upper::DIM);
+      count(counts_, tile->value, voxels_of(Tree::Upper::DIM));
     }
   }
-  auto lowers = children<typename Tree::Lower>(uppers, extents, type_);
-  auto leaves = children<typename Tree::Leaf>(lowers, extents, type_);
+  auto lowers = children<typename Tree::Lower>(uppers, extents, type_, counts_);
+  auto leaves = children<typename Tree::Leaf>(lowers, extents, type_, counts_);
   extents.require_disjoint();
+  std::mutex adding;
   parallel_for(0, leaves.size(), 64, threads, [&](std::uint64_t begin, std::uint64_t end) {
-    for (std::uint64_t i = begin; i < end; ++i) read_leaf(type_, leaves[i]);
+    ValueCounts counts;
+    for (std::uint64_t i = begin; i < end; ++i) read_leaf(type_, leaves[i], counts);
+    const std::lock_guard lock(adding);
+    counts_.add(counts);
   });
   gather(lowers, leaves);
   gather(uppers, lowers);

@@ -8,6 +8,7 @@
 
 #include "host/warp.h"
 #include "support/scenes.h"
+#include "tyndall/render/check.h"
 #include "tyndall/render/render.h"
 
 namespace tyndall::test {
@@ -31,14 +32,10 @@ Result run(const PreparedScene& scene, const Medium& medium, const Sampler& samp
   Detectors detectors = scene.detectors;
   detectors.sums = result.detected.empty() ? nullptr : result.detected.data();
   const IlluminationTally tally{scene.cells, result.illumination.data()};
-  call(ShootPass<Medium, Sampler>{medium,
-                                  sampler,
-                                  {scene.emitters.data(), static_cast<int>(scene.emitters.size())},
-                                  scene.seed,
-                                  tally,
-                                  {&result.shot},
-                                  detectors},
-       begin, end);
+  call(
+      ShootPass<Medium, Sampler>{
+          medium, sampler, scene.lights(), scene.seed, tally, {&result.shot}, detectors},
+      begin, end);
   result.matter.assign(scene.cells.count(), 0);
   call(MatterPass<Medium>{medium, scene.seed, scene.cells, scene.cell_size, scene.strata,
                           scene.matter_scale, result.matter.data()},
@@ -219,6 +216,19 @@ TEST(Lanes, tell_detectors_what_single_photons_tell) {
   scene.lights = {scene::PointLight{{1.5, 1.8, -0.5}, {3, 2, 1}},
                   scene::DirectionalLight{{0.2, -1, 0.1}, {1, 2, 3}}};
   expect_equal(scene, 0, 4000);
+}
+
+TEST(Lanes, find_the_cells_that_are_stored_as_single_photons_do) {
+  Scene scene = furnace({component(scene::Solid{scene::Sphere{{0.5, 0.5, 0.5}, 0.5}}, 15, 0.9),
+                         component(scene::Solid{scene::Sphere{{80.5, 0.4, 0.7}, 0.2}}, 60, 0.8)});
+  scene.medium.box_max = {81, 1, 1};
+  scene.illumination_resolution = {0, 0, 0};
+  scene.lights = {scene::DirectionalLight{{0.2, -1, 0.1}, {1, 2, 3}},
+                  scene::DirectionalLight{{-1, 0.002, 0.1}, {1, 2, 3}, 2},
+                  scene::EnvironmentLight{}};
+  ASSERT_TRUE(plan_illumination(scene).is_sparse);
+  const Account account = expect_equal(scene, 0, 4000);
+  EXPECT_LT(account.ledger.missed, 2500) << "most are aimed at the spheres";
 }
 
 TEST(Lanes, go_on_from_grounds_as_single_photons_do) {

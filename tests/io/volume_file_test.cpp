@@ -9,9 +9,11 @@
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <sstream>
 #include <thread>
 #include <vector>
 
+#include <glm/gtc/matrix_transform.hpp>
 #include <glm/matrix.hpp>
 
 #include "io/sha256.h"
@@ -396,6 +398,119 @@ TEST(Mesh, goes_on_in_the_next_line_after_a_backslash) {
     ADD_FAILURE() << "two coordinates are no vertex";
   } catch (const Error& error) {
     EXPECT_NE(std::string(error.what()).find("line 4: "), std::string::npos) << error.what();
+  }
+}
+
+/// A box of 12 triangles between two corners, each given by three numbers, turned inside out or
+/// not; `first` is the number of its first vertex.
+std::string box(glm::dvec3 low, glm::dvec3 high, bool turned = false, int first = 1,
+                const glm::dmat3& rotation = glm::dmat3(1)) {
+  std::ostringstream text;
+  text.precision(17);
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 p = rotation
+                         * glm::dvec3(corner & 1 ? high.x : low.x, corner & 2 ? high.y : low.y,
+                                      corner & 4 ? high.z : low.z);
+    text << "v " << p.x << " " << p.y << " " << p.z << "\n";
+  }
+  const int faces[6][4] = {{1, 3, 4, 2}, {5, 6, 8, 7}, {1, 2, 6, 5},
+                           {3, 7, 8, 4}, {1, 5, 7, 3}, {2, 4, 8, 6}};
+  for (const auto& face : faces) {
+    text << "f";
+    for (int i = 0; i < 4; ++i) text << " " << face[turned ? 3 - i : i] + first - 1;
+    text << "\n";
+  }
+  return text.str();
+}
+
+/// The volume of a mesh's grid: of the voxels whose middles are inside, or of their shares.
+double volume_of(const LoadedVolume& loaded) {
+  const Volume& v = *loaded.volume;
+  const SparseGrid grid = v.view();
+  TreeNodes nodes;
+  double sum = 0;
+  for (int i = v.low().x - 1; i <= v.high().x; ++i)
+    for (int j = v.low().y - 1; j <= v.high().y; ++j)
+      for (int k = v.low().z - 1; k <= v.high().z; ++k) {
+        const float value = grid.voxel(nanovdb::Coord(i, j, k), nodes);
+        sum += v.is_level_set() ? (value <= 0 ? 1.0 : 0.0) : double{value};
+      }
+  return sum * std::abs(glm::determinant(glm::dmat3(v.to_world())));
+}
+
+// Offset by odd parts of a voxel: no voxel is on a face.
+TEST(Mesh, is_inside_where_its_winding_number_is_not_0) {
+  TYNDALL_NEEDS_VOLUMES();
+  const Scratch scratch("hollow.obj");
+  const auto volume = [&](bool outer_turned, bool inner_turned) {
+    const glm::dvec3 at(0.013, 0.017, 0.019);
+    const LoadedVolume loaded = load_mesh(
+        scratch.fill(box(at, at + 1.0, outer_turned) + box(at + 0.2, at + 0.8, inner_turned, 9)),
+        40);
+    EXPECT_FALSE(loaded.is_open);
+    EXPECT_TRUE(loaded.volume->is_level_set());
+    EXPECT_EQ(loaded.warnings.size(), 0u);
+    return volume_of(loaded);
+  };
+  EXPECT_NEAR(volume(false, true), 0.784, 1e-3) << "a cavity";
+  EXPECT_NEAR(volume(true, false), 0.784, 1e-3) << "the same, inside out";
+  EXPECT_NEAR(volume(false, false), 1, 1e-3) << "a body within another";
+  EXPECT_NEAR(volume(true, true), 1, 1e-3);
+}
+
+TEST(Mesh, thin_walls_keep_their_mass_and_say_so) {
+  TYNDALL_NEEDS_VOLUMES();
+  const Scratch scratch("plate.obj");
+  for (const double thickness : {0.001, 0.01}) {
+    for (const double turns : {0.0, 0.07, 0.125}) {
+      const glm::dmat4 about_x = glm::rotate(glm::dmat4(1), 6.2831853 * turns, glm::dvec3(1, 0, 0));
+      const glm::dmat3 rotation(glm::rotate(about_x, 6.2831853 * turns, glm::dvec3(0, 1, 0)));
+      const LoadedVolume loaded = load_mesh(
+          scratch.fill(box({0, 0, 0.5}, {1, 1, 0.5 + thickness}, false, 1, rotation)), 64);
+      EXPECT_FALSE(loaded.volume->is_level_set());
+      EXPECT_NEAR(volume_of(loaded), thickness, 2e-5 * thickness + 1e-7) << thickness << turns;
+      ASSERT_EQ(loaded.warnings.size(), 1u);
+      EXPECT_NE(loaded.warnings[0].find("bound walls thinner than a voxel and a half"),
+                std::string::npos)
+          << loaded.warnings[0];
+    }
+  }
+  // What the warning asks for.
+  const std::string plate = box({0, 0, 0.5}, {1, 1, 0.51});
+  const LoadedVolume coarse = load_mesh(scratch.fill(plate), 64);
+  EXPECT_NE(coarse.warnings[0].find("\"voxels\": 149 keeps them sharp"), std::string::npos)
+      << coarse.warnings[0];
+  EXPECT_TRUE(load_mesh(scratch.fill(plate), 152).volume->is_level_set());
+  // A body that is thick as a whole has its thin walls, too, and its inside.
+  const LoadedVolume both = load_mesh(
+      scratch.fill(box({0, 0, 0}, {1, 1, 0.5}) + box({0.3, 0.3, 0.7}, {0.7, 0.7, 0.705}, false, 9)),
+      64);
+  EXPECT_NEAR(volume_of(both), 0.5 + 0.16 * 0.005, 1e-6);
+}
+
+TEST(Mesh, far_from_the_origin_is_what_it_is_there) {
+  TYNDALL_NEEDS_VOLUMES();
+  const Scratch scratch("far.obj");
+  const glm::dvec3 far(1e6, -2e6, 3e6);
+  const LoadedVolume there = load_mesh(scratch.fill(box(far, far + glm::dvec3(1, 0.5, 0.25))), 64);
+  const LoadedVolume here = load_mesh(scratch.fill(box({0, 0, 0}, {1, 0.5, 0.25})), 64);
+  EXPECT_EQ(there.volume->active_voxels(), here.volume->active_voxels());
+  const glm::dvec3 corner(there.volume->to_world()[3]);
+  for (int a = 0; a < 3; ++a) EXPECT_NEAR(corner[a], far[a], 1.0 / 64);
+}
+
+TEST(Mesh, is_refused_for_the_memory_that_its_voxels_need) {
+  TYNDALL_NEEDS_VOLUMES();
+  std::string text;
+  for (int n = 0; n < 60; ++n) text += box({0, 0, 0}, {1, 1, 1}, false, 1 + 8 * n);
+  try {
+    load_mesh(Scratch("many.obj").fill(text), 4096);
+    FAIL() << "it needs terabytes";
+  } catch (const Error& error) {
+    const std::string message = error.what();
+    EXPECT_NE(message.find("too large: its faces in 4096 voxels need"), std::string::npos)
+        << message;
+    EXPECT_NE(message.find("or fewer fit"), std::string::npos) << message;
   }
 }
 

@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <string>
+#include <vector>
 
+#include "support/random.h"
 #include "support/scenes.h"
 #include "tyndall/render/check.h"
 
@@ -43,6 +46,130 @@ TEST(IlluminationCells, of_many_mean_free_paths_are_warned_of) {
   scene.bounces = 1;
   scene.integrator = scene::Integrator::path;
   EXPECT_FALSE(warned());
+}
+
+bool warns_of(const Scene& scene, const std::string& path) {
+  const auto warnings = check(scene).warnings;
+  return std::any_of(warnings.begin(), warnings.end(),
+                     [&](const Problem& p) { return p.path == path; });
+}
+
+TEST(IlluminationCells, are_judged_by_where_most_of_the_extinction_is) {
+  scene::DenseGrid grid;
+  grid.size = {10, 10, 10};
+  grid.values.assign(1000, 1.0f);
+  Scene scene = furnace({component(grid, 100)});  // cells of 1/16
+  scene.bounces = 0;
+  EXPECT_TRUE(warns_of(scene, "photons.illumination.resolution")) << "6.3 mean free paths";
+  scene.medium.components[0].extinction = 30;
+  EXPECT_FALSE(warns_of(scene, "photons.illumination.resolution")) << "1.9 mean free paths";
+  std::get<scene::DenseGrid>(scene.medium.components[0].field).values[0] = 100;
+  EXPECT_FALSE(warns_of(scene, "photons.illumination.resolution")) << "but for a single voxel";
+  auto& values = std::get<scene::DenseGrid>(scene.medium.components[0].field).values;
+  std::fill(values.begin(), values.begin() + 20, 100.0f);
+  EXPECT_TRUE(warns_of(scene, "photons.illumination.resolution")) << "two thirds of it";
+  values.assign(1000, 0.0f);
+  EXPECT_FALSE(warns_of(scene, "photons.illumination.resolution"));
+}
+
+TEST(IlluminationCells, may_be_wide_where_nothing_varies) {
+  Scene scene = slab(200, 0.99);  // in 1 x 1 x 64 cells
+  scene.bounces = 0;
+  EXPECT_FALSE(warns_of(scene, "photons.illumination.resolution"));
+  scene.medium.components[0].field =
+      scene::Solid{scene::Cuboid{{0, 0, 0.25}, {1, 1, 0.75}}};  // neither does this across z
+  EXPECT_FALSE(warns_of(scene, "photons.illumination.resolution"));
+  Scene lit = scene;
+  lit.lights.push_back(scene::PointLight{{0.5, 0.5, -1}, glm::dvec3(1)});
+  EXPECT_TRUE(warns_of(lit, "photons.illumination.resolution")) << "the light varies";
+  Scene lump = scene;
+  lump.medium.components[0].field = scene::Solid{scene::Cuboid{{0.5, 0, 0.25}, {1, 1, 0.75}}};
+  EXPECT_TRUE(warns_of(lump, "photons.illumination.resolution")) << "the matter varies along x";
+  Scene open = scene;
+  open.medium.sides[1] = scene::Side::open;
+  EXPECT_TRUE(warns_of(open, "photons.illumination.resolution")) << "light leaves along y";
+  scene.medium.components[0].extinction = 600;
+  EXPECT_TRUE(warns_of(scene, "photons.illumination.resolution")) << "it varies along z";
+}
+
+/// Two balls far apart.
+Scene balls(double distance) {
+  Scene scene = furnace({component(scene::Solid{scene::Sphere{{0.5, 0.5, 0.5}, 0.5}}, 40),
+                         component(scene::Solid{scene::Sphere{{0, 0, 0}, 0.5}}, 40)});
+  scene.medium.components[1].transform[3] = {distance + 0.5, 0.5, 0.5, 1};
+  scene.medium.box_max = {distance + 1, 1, 1};
+  scene.illumination_resolution = {0, 0, 0};
+  return scene;
+}
+
+TEST(IlluminationCells, are_stored_where_matter_is_in_a_box_that_is_nearly_empty) {
+  Scene scene = balls(1000);
+  const IlluminationPlan plan = plan_illumination(scene);
+  EXPECT_TRUE(plan.is_sparse);
+  // Both balls have a volume of 1.047: 64 cells to an edge of that are finer than 1.75 mean free
+  // paths.
+  EXPECT_EQ(plan.cells, (std::array{63087, 64, 64}));
+  EXPECT_LT(plan.stored, 3000000u);
+  EXPECT_FALSE(warns_of(scene, "photons.illumination.resolution"));
+  EXPECT_LT(memory_needed(scene), 3000000000u);
+  scene.medium.components[0].extinction = 140;
+  EXPECT_EQ(plan_illumination(scene).cells, (std::array{80080, 80, 80}));
+  EXPECT_TRUE(plan_illumination(balls(100)).is_sparse);
+  EXPECT_FALSE(plan_illumination(balls(5)).is_sparse) << "filled by an eighth and more";
+
+  Scene given = balls(1000);
+  given.illumination_resolution = {128, 1, 1};
+  EXPECT_FALSE(plan_illumination(given).is_sparse);
+  EXPECT_TRUE(warns_of(given, "photons.illumination.resolution"));
+  Scene alone = furnace({component(scene::Solid{scene::Sphere{{1, 1, 1}, 0.5}}, 0.01)});
+  alone.illumination_resolution = {0, 0, 0};
+  alone.medium.box_max = {3, 3, 3};
+  EXPECT_FALSE(plan_illumination(alone).is_sparse) << "a dense grid does as well";
+  alone.medium.components[0].extinction = 400;
+  EXPECT_TRUE(plan_illumination(alone).is_sparse) << "its cells would be 9 mean free paths wide";
+  Scene fog = balls(1000);
+  fog.medium.components.push_back(component(scene::Solid{}, 1e-3));
+  EXPECT_FALSE(plan_illumination(fog).is_sparse) << "matter everywhere";
+}
+
+TEST(IlluminationCells, hold_all_matter_where_not_all_are_stored) {
+  std::vector<Scene> scenes{balls(1000), balls(60)};
+  scenes.push_back(balls(300));
+  scenes[2].medium.components[0].field = high_variation(6);
+  scenes[2].medium.components[1].transform[3] = {299.5, 0.5, 0.5, 1};
+  Random random(3);
+  for (const Scene& scene : scenes) {
+    ASSERT_TRUE(plan_illumination(scene).is_sparse);
+    const PreparedScene prepared = prepare(scene, 0);
+    const IlluminationCells& cells = prepared.cells;
+    ASSERT_LE(cells.count(), most_stored_cells);
+    ASSERT_LE(cells.count(), 2 * plan_illumination(scene).stored);
+    int met = 0;
+    for (int n = 0; n < 20000; ++n) {
+      const double away = n % 2 == 0 ? 0 : scene.medium.box_max.x - 1;
+      const Vec3f p{static_cast<float>(away + random(0, 1)), static_cast<float>(random(0, 1)),
+                    static_cast<float>(random(0, 1))};
+      const std::size_t cell = cells.cell_of(p);
+      ASSERT_LT(cell, cells.count());
+      if (!(sigma_t_at(prepared, p) > 0)) continue;
+      ++met;
+      ASSERT_GE(cell, cells.first()) << p.x << " " << p.y << " " << p.z;
+      int i, j, k;
+      cells.coordinates(cell, i, j, k);
+      ASSERT_EQ(cells.index(i, j, k), cell);
+      ASSERT_NEAR((static_cast<float>(i) + 0.5f) * prepared.cell_size.x, p.x,
+                  0.51 * prepared.cell_size.x + 2e-7 * p.x);
+      // It lies in a clump, too.
+      ASSERT_TRUE(std::any_of(prepared.clumps.begin(), prepared.clumps.end(), [&](const Clump& c) {
+        const Vec3f q = p - c.low;
+        return q.x >= 0 && q.y >= 0 && q.z >= 0 && q.x <= c.size.x && q.y <= c.size.y
+               && q.z <= c.size.z;
+      }));
+    }
+    EXPECT_GT(met, 1000);
+    EXPECT_GE(prepared.clumps.size(), 2u);
+    for (const Clump& clump : prepared.clumps) EXPECT_LT(clump.size.x, 1.5f);
+  }
 }
 
 }  // namespace

@@ -45,15 +45,37 @@ bool detects(const Scene& scene);
 /// Henyey-Greenstein 1, others 2.
 int needed_illumination_order(const Scene& scene);
 
-/// \return cells of the illumination grid: the scene's, and where these are 0 as many as make them
-/// cells_in_free_paths wide, but 64 to 128 along the longest edge.
-std::array<int, 3> stored_illumination_resolution(const Scene& scene);
+/// \return cells of an illumination grid over all the box: the scene's, and where these are 0 as
+/// many as make them cells_in_free_paths wide, but 64 to 128 along the longest edge.
+std::array<int, 3> dense_illumination_resolution(const Scene& scene);
 /// [mean free path] of the densest matter: the width of a cell whose light is 1 % off over a cloud,
 /// after one bounce (docs/light.md).
 inline constexpr double cells_in_free_paths = 1.75;
 
+/// Cells of the illumination grid.
+struct IlluminationPlan {
+  std::array<int, 3> cells{1, 1, 1};  ///< over the box
+  bool is_sparse = false;             ///< only those in bricks with matter are stored
+  std::uint64_t stored = 1;           ///< how many; of a sparse grid about, and no fewer
+};
+/// A sparse grid is for media that are nearly empty, where the scene says no resolution. Its cells
+/// are cells_in_free_paths mean free paths wide, of where half of the extinction is, but from 64^3
+/// to 128^3 for what the components fill. Where these fill less than an eighth of the box, it is
+/// taken if cells of the dense grid would be more than twice as wide as the mean free path asks
+/// for; where they fill less than a 64th, if they would be more than twice as wide as its own.
+IlluminationPlan plan_illumination(const Scene& scene);
+/// The most cells that a sparse grid stores.
+inline constexpr std::uint64_t most_stored_cells = std::uint64_t{1} << 22;
+
+/// \return IlluminationPlan::cells.
+std::array<int, 3> stored_illumination_resolution(const Scene& scene);
+
 /// \return the order that is stored: the scene's, or for -1 the highest where any is needed.
 int stored_illumination_order(const Scene& scene);
+
+/// The share of its distance from the origin below which a box is far from it: there solids are
+/// brought to the box in double precision.
+inline constexpr double nearest_far = 1e-3;
 
 /// Ray marching takes no more steps across the medium: single precision resolves no shorter ones.
 inline constexpr double most_steps = 1 << 22;

@@ -48,12 +48,20 @@ struct PreparedScene {
   float film_unit = 1;
   IlluminationCells cells;
   Vec3f cell_size{1, 1, 1};
+  std::vector<CellBricks::Entry> brick_table;  ///< that cells have, where not all are stored
+  std::vector<std::uint64_t> brick_places;     ///< the same
+  std::vector<Clump> clumps;                   ///< that light from far away is aimed at; or none
   int strata = 1;
   float matter_scale = 1;
   std::uint64_t seed = 1;
   std::uint64_t gather_seed = 1;  ///< of the camera's paths
   std::uint64_t hash = 0;         ///< see scene_hash()
   Detectors detectors;            ///< without memory
+
+  Lights lights() const {
+    return {emitters.data(), static_cast<int>(emitters.size()), clumps.data(),
+            static_cast<int>(clumps.size())};
+  }
 
   std::size_t pixels() const {
     return static_cast<std::size_t>(film_width) * static_cast<std::size_t>(film_height);

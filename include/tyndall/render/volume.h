@@ -7,10 +7,12 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
 
+#include "tyndall/base/math.h"
 #include "tyndall/medium/sparse_grid.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/scene.h"
@@ -21,6 +23,30 @@ namespace tyndall {
 class DamagedVolume : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
+};
+
+/// Numbers of values, in bins of a fifth of their size.
+class ValueCounts {
+ public:
+  void add(float value, std::uint64_t count = 1) { counts_[float_bits(value) >> shift] += count; }
+  void add(const ValueCounts& other) {
+    for (std::size_t bin = 0; bin < bins; ++bin) counts_[bin] += other.counts_[bin];
+  }
+  /// Calls visit(value, count) for the middle of every bin that is not empty; 0 for denormals.
+  template <class Visit>
+  void for_each(Visit&& visit) const {
+    constexpr std::uint32_t exponent = 0x7f800000u, half = 1u << (shift - 1);
+    for (std::uint32_t bin = 0; bin < bins; ++bin) {
+      const std::uint32_t bits = bin << shift;
+      if (counts_[bin] > 0)
+        visit((bits & exponent) == 0 ? 0.0f : bits_float(bits | half), counts_[bin]);
+    }
+  }
+
+ private:
+  static constexpr std::uint32_t shift = 21;  // sign, exponent and two bits are left
+  static constexpr std::size_t bins = std::size_t{1} << (32 - shift);
+  std::vector<std::uint64_t> counts_ = std::vector<std::uint64_t>(bins);
 };
 
 /// One grid of floats (as they are, or in NanoVDB's Fp4, Fp8, Fp16, FpN) or of colours (Vec3f).
@@ -50,6 +76,8 @@ class Volume {
   float background() const { return background_; }  ///< of a colour: its largest channel
   float minimum() const { return minimum_; }        ///< of all values, of all channels
   float maximum() const { return maximum_; }
+  /// How many active voxels there are of each kind of value; of a grid of colours: none.
+  const ValueCounts& counts() const { return counts_; }
 
   /// \return the grid as walks read it; field space is index space from low() on.
   SparseGrid view() const;
@@ -66,6 +94,7 @@ class Volume {
   glm::ivec3 low_{0}, high_{-1};
   glm::dmat4 to_world_{1.0};
   float background_ = 0, minimum_ = 0, maximum_ = 0;
+  ValueCounts counts_;
 };
 
 /// \return the grid's own world space to the field space of `field`, see scene::SparseGrid::Fit.

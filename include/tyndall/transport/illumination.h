@@ -48,7 +48,49 @@ TYN_HD float harmonic(int index, Vec3f d) {
 
 TYN_HD constexpr int order_of_harmonic(int index) { return index == 0 ? 0 : (index < 4 ? 1 : 2); }
 
-/// Cells of the illumination grid over the box.
+/// Bricks of 4^3 cells that are stored, where most of the box is empty: those with matter in them.
+/// Brick 0 is no place: it stands for all that are not stored, and has neither light nor matter.
+struct CellBricks {
+  static constexpr int edge = 4;
+  static constexpr std::size_t cells = edge * edge * edge;
+  static constexpr std::uint64_t none = ~std::uint64_t{0};
+  struct Entry {
+    std::uint64_t place;  ///< see place_of(), or none
+    std::uint64_t brick;
+  };
+
+  const Entry* table = nullptr;           ///< [mask + 1] a hash table, at most half full
+  const std::uint64_t* places = nullptr;  ///< [count]
+  std::uint32_t mask = 0;                 ///< a power of two less 1
+  std::uint32_t count = 0;
+
+  TYN_HD static std::uint64_t place_of(int i, int j, int k) {
+    return static_cast<std::uint64_t>(i) | static_cast<std::uint64_t>(j) << 21
+           | static_cast<std::uint64_t>(k) << 42;
+  }
+  TYN_HD static int coordinate(std::uint64_t place, int axis) {
+    return static_cast<int>(place >> (21 * axis) & 0x1fffffu);
+  }
+  TYN_HD static std::uint32_t slot(std::uint64_t place) {
+    return static_cast<std::uint32_t>((place * 0x9e3779b97f4a7c15u) >> 32);
+  }
+  TYN_HD std::size_t find(std::uint64_t place) const {
+    for (std::uint32_t at = slot(place) & mask;; at = (at + 1) & mask) {
+      const Entry entry = table[at];
+      if (entry.place == place) return static_cast<std::size_t>(entry.brick);
+      if (entry.place == none) return 0;
+    }
+  }
+
+  template <class Copy>
+  void relocate(Copy&& copy) {
+    if (!table) return;
+    table = copy(table, std::size_t{mask} + 1);
+    places = copy(places, count);
+  }
+};
+
+/// Cells of the illumination grid over the box: all of them, or those of some bricks.
 struct IlluminationCells {
   int nx = 1, ny = 1, nz = 1;
   int order = 0;
@@ -56,18 +98,49 @@ struct IlluminationCells {
   Vec3f inverse_cell_size{1, 1, 1};  ///< [1/length]
   int channels = 3;                  ///< RGB, or 1 where all light is grey
   int groups = 1;                    ///< of lights, kept apart
+  CellBricks bricks{};
 
-  TYN_HD std::size_t count() const { return static_cast<std::size_t>(nx) * ny * nz; }
+  /// Those that are stored.
+  TYN_HD std::size_t count() const {
+    return bricks.table ? bricks.count * CellBricks::cells : static_cast<std::size_t>(nx) * ny * nz;
+  }
+  /// The first of those that may have light and matter.
+  TYN_HD std::size_t first() const { return bricks.table ? CellBricks::cells : 0; }
   /// Numbers per cell: [groups][harmonics][channels].
   TYN_HD int moments() const { return groups * group_moments(); }
   TYN_HD int group_moments() const { return harmonics(order) * channels; }
   TYN_HD std::size_t index(int i, int j, int k) const {
+    if (bricks.table) return index_in_bricks(i, j, k);
     return (static_cast<std::size_t>(k) * ny + j) * nx + i;
+  }
+  /// The inverse of index().
+  TYN_HD void coordinates(std::uint64_t cell, int& i, int& j, int& k) const {
+    if (bricks.table) {
+      const std::uint64_t place = bricks.places[cell / CellBricks::cells];
+      const auto within = static_cast<int>(cell % CellBricks::cells);
+      i = CellBricks::edge * CellBricks::coordinate(place, 0) + within % CellBricks::edge;
+      j = CellBricks::edge * CellBricks::coordinate(place, 1)
+          + within / CellBricks::edge % CellBricks::edge;
+      k = CellBricks::edge * CellBricks::coordinate(place, 2)
+          + within / (CellBricks::edge * CellBricks::edge);
+      return;
+    }
+    i = static_cast<int>(cell % static_cast<std::uint64_t>(nx));
+    j = static_cast<int>(cell / static_cast<std::uint64_t>(nx) % static_cast<std::uint64_t>(ny));
+    k = static_cast<int>(cell / (static_cast<std::uint64_t>(nx) * static_cast<std::uint64_t>(ny)));
   }
   TYN_HD std::size_t cell_of(Vec3f p) const {
     return index(MajorantGrid::coordinate(p.x, inverse_cell_size.x, nx),
                  MajorantGrid::coordinate(p.y, inverse_cell_size.y, ny),
                  MajorantGrid::coordinate(p.z, inverse_cell_size.z, nz));
+  }
+
+ private:
+  TYN_HD std::size_t index_in_bricks(int i, int j, int k) const {
+    constexpr int edge = CellBricks::edge;
+    const std::size_t brick = bricks.find(CellBricks::place_of(i / edge, j / edge, k / edge));
+    return brick * CellBricks::cells
+           + static_cast<std::size_t>((k % edge * edge + j % edge) * edge + i % edge);
   }
 };
 
@@ -81,6 +154,7 @@ struct IlluminationTally {
   }
 
   TYN_HD void score(std::size_t cell, Vec3f direction, Vec3f weight, int group = 0) const {
+    if (cell < cells.first()) return;  // never: bricks hold all matter
     std::int64_t* sum =
         sums + cell * static_cast<std::size_t>(cells.moments()) + group * cells.group_moments();
     for (int i = 0; i < harmonics(cells.order); ++i) {

@@ -231,6 +231,7 @@ struct Emitter {
   bool is_apart = false;  ///< its photons leave no light where they collide first: the gather asks
                           ///< the light itself
   int group = -1;         ///< of PreparedScene::light_groups; -1: matter
+  int clump = -1;         ///< whose faces light from far away is aimed at; -1: the box's
   GlowCells cells;        ///< matter
 
   /// See DenseGrid::relocate.
@@ -241,9 +242,36 @@ struct Emitter {
   }
 };
 
+/// A box of matter in a medium that is nearly empty: nothing lies between the clumps.
+struct Clump {
+  Vec3f low{0, 0, 0}, size{1, 1, 1};
+
+  /// \return whether the line along the unit `direction` passes through it. \param[out] first where
+  /// it enters [length]
+  TYN_HD bool meets(Vec3f origin, Vec3f direction, float& first) const {
+    float enters = -largest_float, leaves = largest_float;
+    const auto along = [&](float from, float way, float begin, float length) {
+      if (way == 0.0f) {
+        if (from < begin || from > begin + length) leaves = -largest_float;
+        return;
+      }
+      const float a = (begin - from) / way, b = (begin + length - from) / way;
+      enters = max(enters, min(a, b));
+      leaves = min(leaves, max(a, b));
+    };
+    along(origin.x, direction.x, low.x, size.x);
+    along(origin.y, direction.y, low.y, size.y);
+    along(origin.z, direction.z, low.z, size.z);
+    first = enters;
+    return enters <= leaves;
+  }
+};
+
 struct Lights {
   const Emitter* emitters = nullptr;
   int count = 0;
+  const Clump* clumps = nullptr;
+  int clump_count = 0;
 };
 
 // ---- Lights as matter sees them
@@ -581,8 +609,31 @@ TYN_HD Photon emit(const Lights& lights, const Box& box, RandomBlock first, Rand
   return emit(choose(lights, first.a), box, first, aim);
 }
 
-/// The same from matter that shines: a cell in proportion to its bound, an even point of it, and a
-/// test of what shines there against the bound. \return of weight 0 where that fails.
+/// The same of a light far away that is aimed at a clump: as if that were all there is. A line that
+/// passes through several could come of each of them, and has its share of their power. It starts
+/// where it enters the first.
+TYN_HD Photon emit_at_clump(const Emitter& light, const Lights& lights, RandomBlock first,
+                            RandomBlock aim) {
+  const Clump& own = lights.clumps[light.clump];
+  Box shown;
+  shown.extent = own.size;
+  Photon photon = emit(light, shown, first, aim);
+  const Vec3f from = photon.ray.origin + own.low;
+  float start = 0.0f;
+  int met = 1;
+  for (int i = 0; i < lights.clump_count; ++i) {
+    float enters;
+    if (i == light.clump || !lights.clumps[i].meets(from, photon.ray.direction, enters)) continue;
+    ++met;
+    start = min(start, enters);
+  }
+  photon.ray.origin = from + start * photon.ray.direction;
+  photon.weight = (1.0f / static_cast<float>(met)) * photon.weight;
+  return photon;
+}
+
+/// Event 0 of a photon from matter that shines: a cell in proportion to its bound, an even point of
+/// it, and a test of what shines there against the bound. \return of weight 0 where that fails.
 template <class Medium>
 TYN_HD Photon emit_from_matter(const Emitter& light, const Medium& medium, RandomBlock first,
                                RandomBlock aim, RandomBlock place) {

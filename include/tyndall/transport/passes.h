@@ -113,10 +113,10 @@ struct ShootPass {
     const RandomBlock first = random.block(0, Purpose::emission);
     const RandomBlock aim = random.block(0, Purpose::aim);
     const Emitter& light = choose(lights, first.a);
-    const Photon photon =
-        light.kind == Emitter::Kind::matter
-            ? emit_from_matter(light, medium, first, aim, random.block(0, Purpose::place))
-            : emit(light, medium.whole.box, first, aim);
+    const Photon photon = light.kind == Emitter::Kind::matter ? emit_from_matter(
+                              light, medium, first, aim, random.block(0, Purpose::place))
+                          : light.clump >= 0 ? emit_at_clump(light, lights, first, aim)
+                                             : emit(light, medium.whole.box, first, aim);
     path = {photon.ray, exponential(first.d), 0, {}};
     burden = {photon.weight, illumination.cells.groups > 1 ? light.group : 0, !light.is_apart};
     Ledger& ledger = accounts.own().ledger;
@@ -268,11 +268,8 @@ struct MatterPass {
 
   /// \return where `share` of the edges of a cell is.
   TYN_HD Vec3f place(std::uint64_t index, Vec3f share) const {
-    const int i = static_cast<int>(index % static_cast<std::uint64_t>(cells.nx));
-    const int j = static_cast<int>(index / static_cast<std::uint64_t>(cells.nx)
-                                   % static_cast<std::uint64_t>(cells.ny));
-    const int k = static_cast<int>(
-        index / (static_cast<std::uint64_t>(cells.nx) * static_cast<std::uint64_t>(cells.ny)));
+    int i, j, k;
+    cells.coordinates(index, i, j, k);
     return cell_size
            * Vec3f{static_cast<float>(i) + share.x, static_cast<float>(j) + share.y,
                    static_cast<float>(k) + share.z};
@@ -280,8 +277,14 @@ struct MatterPass {
 
   static constexpr float rounding = 1e-3f;  ///< of places, in edges of a cell: more than enough
 
-  /// \return whether all super-voxels that the cell meets are empty: no point of it has matter.
+  /// \return whether all super-voxels that the cell meets are empty: no point of it has matter. Nor
+  /// has what a brick has beyond the box.
   TYN_HD bool is_empty(std::uint64_t index) const {
+    if (cells.bricks.table) {
+      int i, j, k;
+      cells.coordinates(index, i, j, k);
+      if (index < cells.first() || i >= cells.nx || j >= cells.ny || k >= cells.nz) return true;
+    }
     const Vec3f low = place(index, {-rounding, -rounding, -rounding}),
                 high = place(index, {1 + rounding, 1 + rounding, 1 + rounding});
     const MajorantGrid& grid = medium.super_voxels;

@@ -136,6 +136,19 @@ void limit(std::uint64_t memory, std::uint64_t seconds) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody waits for an orphan
 }
 
+/// [byte] What this program may take, and what the machine has free.
+std::uint64_t memory_there(const std::string& limit) {
+  std::uint64_t there = std::strtoull(limit.c_str(), nullptr, 10);
+  struct rlimit space {};
+  if (::getrlimit(RLIMIT_AS, &space) == 0 && space.rlim_cur != RLIM_INFINITY)
+    there = std::min<std::uint64_t>(there, space.rlim_cur);
+  std::ifstream file("/proc/meminfo");
+  std::string key, unit;
+  for (std::uint64_t kibibytes = 0; file >> key >> kibibytes; std::getline(file, unit))
+    if (key == "MemAvailable:") there = std::min(there, kibibytes * 1024);
+  return there;
+}
+
 /// Lists a file's grids, or loads one of them.
 template <class File>
 Json read_grids(File&& file, const std::vector<std::string>& words) {
@@ -158,7 +171,8 @@ Json read_grids(File&& file, const std::vector<std::string>& words) {
 }
 
 Json run(const std::vector<std::string>& words) {
-  if (words[0] == "mesh") return Json{{"loaded", voxelize(std::atoi(words.at(3).c_str()))}};
+  if (words[0] == "mesh")
+    return Json{{"loaded", voxelize(std::atoi(words.at(3).c_str()), memory_there(words[1]))}};
   const bool nano = words.at(3) == "nvdb";
   if (words[0] == "write") return write_grids(nano);
   require_format(nano);

@@ -1,10 +1,11 @@
 #include "io/helper/openvdb_grids.h"
 
 #include <algorithm>
+#include <array>
 #include <atomic>
+#include <cmath>
 #include <cstdint>
 #include <limits>
-#include <map>
 #include <sstream>
 #include <string>
 #include <string_view>
@@ -20,11 +21,13 @@
 #include <openvdb/tools/ChangeBackground.h>
 #include <openvdb/tools/Dense.h>
 #include <openvdb/tools/MeshToVolume.h>
+#include <openvdb/tools/Prune.h>
 #include <openvdb/tools/SignedFloodFill.h>
 #include <openvdb/tree/LeafManager.h>
 
 #include "io/helper/grid_memory.h"
 #include "io/helper/input.h"
+#include "io/helper/mesh.h"
 #include "io/helper/protocol.h"
 
 namespace tyndall::io {
@@ -250,13 +253,6 @@ void require_all_grids() {
 
 // ---- Meshes
 
-struct Mesh {
-  std::vector<openvdb::Vec3s> points;
-  std::vector<openvdb::Vec3I> triangles;
-  std::vector<openvdb::Vec4I> quads;
-  bool is_closed = true;  ///< every edge has as many faces on one side as on the other
-};
-
 /// The next line of an .obj file, with those that a backslash at its end goes on in; not of
 /// comments, where Windows' paths end in one. \param[in,out] number of lines before it
 bool next_line(std::istream& lines, std::string& line, std::size_t& number) {
@@ -278,10 +274,6 @@ Mesh read_mesh() {
   read_at(0, text.data(), text.size());
   std::istringstream lines(text);
   Mesh mesh;
-  // Some writers give each face vertices of its own: edges are between places.
-  std::map<openvdb::Vec3s, openvdb::Index32> places;
-  std::vector<openvdb::Index32> place_of;  // by vertex
-  std::map<std::pair<openvdb::Index32, openvdb::Index32>, int> edges;
   std::string line;
   for (std::size_t number = 0; next_line(lines, line, number);) {
     std::istringstream words(line);
@@ -295,11 +287,9 @@ Mesh read_mesh() {
       const auto good = [](double c) { return std::abs(c) <= 1e9; };  // false for NaN
       if (!(words >> x >> y >> z) || !good(x) || !good(y) || !good(z))
         fail("expected three coordinates up to 1e9");
-      mesh.points.emplace_back(static_cast<float>(x), static_cast<float>(y), static_cast<float>(z));
-      const auto next = static_cast<openvdb::Index32>(places.size());
-      place_of.push_back(places.try_emplace(mesh.points.back(), next).first->second);
+      mesh.points.push_back({x, y, z});
     } else if (word == "f") {
-      std::vector<openvdb::Index32> corners;
+      std::vector<std::uint32_t> corners;
       while (words >> word) {
         char* end = nullptr;
         long n = std::strtol(word.c_str(), &end, 10);
@@ -308,53 +298,146 @@ Mesh read_mesh() {
         if (end == word.c_str() || n < 1 || n > count)
           fail(fmt::format("expected the number of one of the {} vertices so far, got {}", count,
                            word.substr(0, 20)));
-        corners.push_back(static_cast<openvdb::Index32>(n - 1));
+        corners.push_back(static_cast<std::uint32_t>(n - 1));
       }
       if (corners.size() < 3) fail("expected three or more vertices");
-      for (std::size_t i = 0; i < corners.size(); ++i) {
-        const auto a = place_of[corners[i]], b = place_of[corners[(i + 1) % corners.size()]];
-        edges[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
-      }
-      if (corners.size() == 4) {
-        mesh.quads.emplace_back(corners[0], corners[1], corners[2], corners[3]);
-      } else {
-        for (std::size_t i = 1; i + 1 < corners.size(); ++i)
-          mesh.triangles.emplace_back(corners[0], corners[i], corners[i + 1]);
-      }
+      for (std::size_t i = 1; i + 1 < corners.size(); ++i)
+        mesh.triangles.push_back({corners[0], corners[i], corners[i + 1]});
     }
   }
-  if (mesh.triangles.empty() && mesh.quads.empty())
-    damaged("no faces: not an .obj mesh, or an empty one");
-  mesh.is_closed =
-      std::all_of(edges.begin(), edges.end(), [](const auto& e) { return e.second == 0; });
+  if (mesh.triangles.empty()) damaged("no faces: not an .obj mesh, or an empty one");
   return mesh;
 }
 
-/// Of the body where the mesh is closed, of a shell about its faces where it is open.
-openvdb::FloatGrid::Ptr level_set(Mesh mesh, int voxels) {
-  openvdb::Vec3s low = mesh.points[0], high = low;
-  for (const auto& p : mesh.points)
-    low = openvdb::math::minComponent(low, p), high = openvdb::math::maxComponent(high, p);
-  const openvdb::Vec3s extent = high - low;
-  const double longest = std::max({extent[0], extent[1], extent[2]});
-  if (!(longest > 0)) damaged("all its vertices are in one place");
-  const auto transform = openvdb::math::Transform::createLinearTransform(longest / voxels);
-  openvdb::FloatGrid::Ptr grid;
-  if (mesh.is_closed) {
-    grid = openvdb::tools::meshToLevelSet<openvdb::FloatGrid>(*transform, mesh.points,
-                                                              mesh.triangles, mesh.quads);
-  } else {
-    grid = openvdb::tools::meshToUnsignedDistanceField<openvdb::FloatGrid>(
-        *transform, mesh.points, mesh.triangles, mesh.quads, 3.0f);
-    const auto half = static_cast<float>(longest / voxels);
-    openvdb::tree::LeafManager<openvdb::FloatTree>(grid->tree())
-        .foreach ([&](auto& leaf, std::size_t) {
-          for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(*v - half);
-        });
-    grid->setGridClass(openvdb::GRID_LEVEL_SET);
+/// A mesh in voxels, as OpenVDB asks for it.
+struct MeshView {
+  const Mesh& mesh;
+
+  std::size_t polygonCount() const { return mesh.triangles.size(); }
+  std::size_t pointCount() const { return mesh.points.size(); }
+  std::size_t vertexCount(std::size_t) const { return 3; }
+  void getIndexSpacePoint(std::size_t n, std::size_t corner, openvdb::Vec3d& p) const {
+    const auto& at = mesh.points[mesh.triangles[n][corner]];
+    p = openvdb::Vec3d(at[0], at[1], at[2]);
   }
-  grid->setName("mesh");
-  return grid;
+};
+
+/// Makes voxels the unit of a mesh. \return those to its own space
+openvdb::math::Transform::Ptr to_voxels(Mesh& mesh, int voxels) {
+  std::array<double, 3> low = mesh.points[0], high = low;
+  for (const auto& p : mesh.points)
+    for (std::size_t a = 0; a < 3; ++a)
+      low[a] = std::min(low[a], p[a]), high[a] = std::max(high[a], p[a]);
+  double longest = 0;
+  for (std::size_t a = 0; a < 3; ++a) longest = std::max(longest, high[a] - low[a]);
+  if (!(longest > 0)) damaged("all its vertices are in one place");
+  const double voxel = longest / voxels;
+  // Far from the origin, too, voxels have small numbers.
+  openvdb::Vec3d first;
+  for (std::size_t a = 0; a < 3; ++a) first[static_cast<int>(a)] = std::round(low[a] / voxel);
+  for (auto& p : mesh.points)
+    for (std::size_t a = 0; a < 3; ++a) p[a] = p[a] / voxel - first[static_cast<int>(a)];
+  snap(mesh);
+  auto transform = openvdb::math::Transform::createLinearTransform(voxel);
+  transform->postTranslate(voxel * first);
+  return transform;
+}
+
+/// Refuses what would not fit into `memory` [byte]. What a unit of area takes was measured: grids
+/// of distances and of the nearest faces, the finished one, and the lists of crossings.
+void require_memory(double area, int voxels, std::uint64_t memory) {
+  constexpr double of_area = 260, of_all = 64e6;  // [byte]
+  const double needed = of_all + of_area * area;
+  if (needed <= static_cast<double>(memory)) return;
+  const double most =
+      std::sqrt(std::max(static_cast<double>(memory) - of_all, 0.0) / (of_area * area));
+  throw Failure{
+      error_memory,
+      fmt::format("its faces in {} voxels need {:.2g} GB of memory, {:.2g} GB are there for "
+                  "it; \"voxels\": {} or fewer fit",
+                  voxels, needed / 1e9, static_cast<double>(memory) / 1e9,
+                  std::max(static_cast<int>(most * voxels), 8))};
+}
+
+using Leaves = openvdb::tree::LeafManager<openvdb::FloatTree>;
+
+/// Turns the distances within the mesh negative: a level set.
+void sign(openvdb::FloatGrid& grid, const Crossings& along_z) {
+  Leaves(grid.tree()).foreach ([&](auto& leaf, std::size_t) {
+    for (auto v = leaf.beginValueOn(); v; ++v) {
+      const openvdb::Coord at = v.getCoord();
+      if (along_z.is_inside(at.x(), at.y(), at.z())) v.setValue(-*v);
+    }
+  });
+  grid.setGridClass(openvdb::GRID_LEVEL_SET);
+}
+
+/// Makes a level set the share of each voxel that is inside.
+void fill(openvdb::FloatGrid& grid, const Mesh& mesh) {
+  openvdb::FloatTree& tree = grid.tree();
+  const float width = grid.background();
+  openvdb::tools::signedFloodFillWithValues(tree, width, -width);
+  Leaves(tree).foreach ([](auto& leaf, std::size_t) {
+    for (openvdb::Index n = 0; n < leaf.size(); ++n) {
+      const bool inside = leaf.getValue(n) <= 0;
+      leaf.setValueOnly(n, inside ? 1.0f : 0.0f);
+      leaf.setActiveState(n, inside);
+    }
+  });
+  auto tile = tree.beginValueAll();
+  for (tile.setMaxDepth(decltype(tile)::LEAF_DEPTH - 1); tile; ++tile) {
+    const bool inside = tile.getValue() <= 0;
+    tile.setValue(inside ? 1.0f : 0.0f);
+    tile.setActiveState(inside);
+  }
+  tree.root().setBackground(0.0f, false);
+  auto voxels = grid.getAccessor();
+  for_cut_voxels(mesh, [&](int x, int y, int z, double share) {
+    const openvdb::Coord at(x, y, z);
+    if (share > 0)
+      voxels.setValue(at, static_cast<float>(share));
+    else
+      voxels.setValueOff(at, 0.0f);
+  });
+  openvdb::tools::prune(tree);
+  grid.setGridClass(openvdb::GRID_FOG_VOLUME);
+}
+
+/// What a mesh became.
+struct Voxelized {
+  openvdb::FloatGrid::Ptr grid;
+  bool is_closed;
+  ThinWalls walls;
+};
+
+/// A level set of the body where the mesh is closed, of a shell about its faces where it is open;
+/// where the body has thin walls, the share of each voxel that is inside.
+Voxelized voxelized(Mesh mesh, int voxels, std::uint64_t memory) {
+  constexpr double many = 1e-3;  // of the faces' area
+  const auto transform = to_voxels(mesh, voxels);
+  require_memory(area(mesh), voxels, memory);
+  Voxelized out{nullptr, is_closed(mesh), {}};
+  constexpr float band = 3;  // [voxel]
+  out.grid = openvdb::tools::meshToVolume<openvdb::FloatGrid>(
+      MeshView{mesh}, *transform, band, band, openvdb::tools::UNSIGNED_DISTANCE_FIELD);
+  openvdb::FloatGrid& grid = *out.grid;
+  grid.setName("mesh");
+  if (out.is_closed) {
+    const Crossings along_z(mesh, 2);
+    out.walls = thin_walls(Crossings(mesh, 0), Crossings(mesh, 1), along_z);
+    sign(grid, along_z);
+    if (out.walls.share < many)
+      out.walls = {};
+    else
+      fill(grid, mesh);
+  } else {
+    const auto half = static_cast<float>(transform->voxelSize()[0]);
+    Leaves(grid.tree()).foreach ([&](auto& leaf, std::size_t) {
+      for (auto v = leaf.beginValueOn(); v; ++v) v.setValue(*v - half);
+    });
+    grid.setGridClass(openvdb::GRID_LEVEL_SET);
+  }
+  return out;
 }
 
 // ---- Grids to be written
@@ -438,12 +521,16 @@ Json grid_without_voxels() {
   return with_openvdb([] { return store(*openvdb::FloatGrid::create()); });
 }
 
-Json voxelize(int voxels) {
+Json voxelize(int voxels, std::uint64_t memory) {
   Mesh mesh = read_mesh();
-  const bool is_closed = mesh.is_closed;
-  Json loaded = with_openvdb([&] { return store(*level_set(std::move(mesh), voxels)); });
-  loaded["closed"] = is_closed;
-  return loaded;
+  return with_openvdb([&] {
+    const Voxelized body = voxelized(std::move(mesh), voxels, memory);
+    Json loaded = store(*body.grid);
+    loaded["closed"] = body.is_closed;
+    loaded["thin_walls"] = body.walls.share;
+    loaded["thin_width"] = body.walls.width;
+    return loaded;
+  });
 }
 
 Json write_grids(bool nano) {

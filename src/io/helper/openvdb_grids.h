@@ -3,6 +3,7 @@
 /// written.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
 #include "io/json_text.h"
@@ -32,8 +33,10 @@ class VdbFile {
 Json grid_without_voxels();
 
 /// A level set of the body within the .obj mesh on standard input, or, where it is open, of a shell
-/// about its faces; "closed" says which. \throws Failure
-Json voxelize(int voxels);
+/// about its faces; "closed" says which. Where "thin_walls", a share of the area of its faces, is
+/// not 0, it is the share of each voxel that is inside, and a twentieth of them is thinner than
+/// "thin_width" voxels. \param memory [byte] that is there for it \throws Failure
+Json voxelize(int voxels, std::uint64_t memory);
 
 /// Reads a parcel (io/helper/protocol.h) from standard input and writes the file into the memory
 /// file. \return an empty object.
