@@ -64,7 +64,9 @@ struct PreparedScene {
   }
 
   double shot_power = 0;       ///< [W] of all photons together, each of weight 1
-  glm::dvec3 unshot_power{0};  ///< [W] into directions that cannot meet the medium
+  glm::dvec3 unshot_power{0};  ///< [W] past all that could receive it: never shot
+  std::vector<std::string> warnings;    ///< of lights and emissions that give nothing
+  std::vector<std::string> dim_lights;  ///< see Frame
   std::vector<int>
       scene_component;  ///< of each component of `medium`, which are sorted by their majorants
 
