@@ -456,7 +456,7 @@ class LightList {
       return arriving < 0.125 * all;
     };
     std::vector<scene::RectangleLight> parts{light};
-    while (is_poor() && tiles.size() < most) {
+    while (!target_.has_no_end() && is_poor() && tiles.size() < most) {
       std::size_t worst = 0;
       for (std::size_t i = 1; i < tiles.size(); ++i)
         if (tiles[i].wasted() > tiles[worst].wasted()) worst = i;
@@ -516,12 +516,15 @@ class LightList {
     const double radius = 0.5 * std::max(glm::length(u + v), glm::length(u - v));
     const Cone cone = target_.cone_from(center, radius);
     target_.aim(way.emitter, center, cone);
-    const double nearest = cone.nearest_cosine(normal) * margin;
-    const double from = glm::length(target_.center() - center) - radius;
-    const double height = from > target_.radius()
-                              ? cone_of_sphere(static_cast<float>(from / margin),
-                                               static_cast<float>(target_.radius() * margin))
-                              : 2.0;
+    // Bounds of the cosine and of the cone's height, from all of its points.
+    const double reach = target_.radius() * margin;
+    const double from = (glm::length(target_.center() - center) - radius) / margin;
+    const double above = glm::dot(target_.center() - center, normal) + reach;
+    double nearest = cone.nearest_cosine(normal) * margin, height = 2;
+    if (from > reach) {
+      nearest = std::min(nearest, above / (from - reach) * margin);
+      height = cone_of_sphere(static_cast<float>(from), static_cast<float>(reach));
+    }
     way.etendue = double{pi} * area;
     if (!target_.has_no_end() && 2 * height * nearest < 1) {
       way.emitter.bound = static_cast<float>(height * nearest);
@@ -685,7 +688,9 @@ class LightList {
                                "light to the other side"
                              : "the light passes by; move it nearer or turn it";
   }
-  static std::string text(const glm::dvec3& v) {
+  static std::string text(glm::dvec3 v) {
+    for (int a = 0; a < 3; ++a)
+      if (std::abs(v[a]) < 1e-4 * glm::length(v)) v[a] = 0;  // and no -0
     return fmt::format("[{:.4g}, {:.4g}, {:.4g}]", v.x, v.y, v.z);
   }
 
@@ -731,12 +736,11 @@ const scene::Remap* remap_of(const scene::Field& field) {
 std::string why_dark(const Component<AnyField>& component, const scene::Component& from,
                      double power) {
   if (component.extinction == 0) return "";  // which check() says
-  const Region everywhere{glm::dvec3(0.0), glm::dvec3(1e30)};
   const Emission& emission = *component.emission;
   if (const auto* body = std::get_if<scene::BlackbodyEmission>(&from.emission)) {
     // Below, what the eye sees of a black body is less than 1e-9 W/(m^2 sr).
     constexpr double visible = 700, fire = 2000;
-    const double hottest = density_bounds(emission.field, everywhere).upper;
+    const double hottest = largest_density(emission.field);
     if (body->intensity == 0) return "";
     if (hottest < visible) {
       const scene::Remap* remap = remap_of(body->temperature);
@@ -757,19 +761,25 @@ std::string why_dark(const Component<AnyField>& component, const scene::Componen
     }
   }
   if (power > 0) return "";
-  if (!(density_bounds(component.field, everywhere).upper > 0))
-    return "the component holds no matter that could shine";
   if (!(largest(emission.factor) > 0)) return "";  // which check() says
-  if (!(emission_bound(emission, {1, 1, 1}, everywhere) > 0))
+  if (!(largest_density(component.field) > 0))
+    return "the component holds no matter that could shine";
+  if (emission.kind != Emission::Kind::color && !(largest_density(emission.field) > 0))
     return "its field is 0 everywhere; give one that is not";
   const Vec3f share = Vec3f{1, 1, 1} - component.albedo;
   if (!(largest(share * emission.factor) > 0))
     return "matter emits as it absorbs, and it absorbs nothing in the colours of the emission; "
            "lower its albedo there";
-  return "no matter is where its field shines: move one of them";
+  return "its field is 0 where the matter is; move one of them";
 }
 
 }  // namespace
+
+double largest_density(const AnyField& field) {
+  using enum AnyField::Kind;
+  if (field.kind == solid || field.kind == noise_cloud) return 1;
+  return density_bounds(field, {glm::dvec3(0.0), glm::dvec3(1e30)}).upper;
+}
 
 void prepare_lights(const Scene& scene, const Box& box, int threads, const Stop& stop,
                     PreparedScene& out) {

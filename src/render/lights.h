@@ -15,4 +15,7 @@ void prepare_lights(const Scene& scene, const Box& box, int threads, const Stop&
 /// 1024th of its own.
 double brightness(const scene::Light& light, glm::dvec3 box_min, const Box& box);
 
+/// No less than any density of the field; cheap.
+double largest_density(const AnyField& field);
+
 }  // namespace tyndall

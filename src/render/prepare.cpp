@@ -227,13 +227,9 @@ std::vector<int> ascending(const std::vector<float>& majorants) {
   return order;
 }
 
-/// Some upper bound of each component's extinction, cheap: the extinction times the field's largest
-/// density.
+/// Some upper bound of each component's extinction.
 float largest_sigma_t(const Component<AnyField>& c) {
-  using enum AnyField::Kind;
-  if (c.field.kind == solid || c.field.kind == noise_cloud) return c.extinction;
-  const Region everywhere{glm::dvec3(0.0), glm::dvec3(1e30)};
-  return static_cast<float>(c.extinction * density_bounds(c.field, everywhere).upper);
+  return static_cast<float>(c.extinction * largest_density(c.field));
 }
 
 // ---- Groups
