@@ -10,16 +10,18 @@
 namespace tyndall::io {
 namespace {
 
-/// \return the RGB powers of `count` bins as a list of lists.
-std::string watts(const RenderResult& result, std::size_t begin, std::size_t count) {
+/// \return the powers of red, green and blue as a list.
+std::string watts(const RenderResult& result, const std::int64_t* units) {
   const double unit = std::ldexp(result.photon_power, -24);
+  return fmt::format("[{}, {}, {}]", unit * static_cast<double>(units[0]),
+                     unit * static_cast<double>(units[1]), unit * static_cast<double>(units[2]));
+}
+
+/// \return those of `count` bins as a list of lists.
+std::string watts(const RenderResult& result, std::size_t begin, std::size_t count) {
   std::string text = "[";
-  for (std::size_t i = begin; i < begin + count; ++i) {
-    const std::int64_t* sum = result.detected.data() + 3 * i;
-    text +=
-        fmt::format("{}[{}, {}, {}]", i == begin ? "" : ", ", unit * static_cast<double>(sum[0]),
-                    unit * static_cast<double>(sum[1]), unit * static_cast<double>(sum[2]));
-  }
+  for (std::size_t i = begin; i < begin + count; ++i)
+    text += (i == begin ? "" : ", ") + watts(result, result.detected.data() + 3 * i);
   return text + "]";
 }
 
@@ -50,7 +52,9 @@ std::string detectors_json(const Run& run) {
   const Detectors& d = result.frame.detectors;
   std::vector<std::string> members{fmt::format("\"scene\": \"{:016x}\"", result.frame.scene_hash),
                                    fmt::format("\"tallies\": \"{:016x}\"", result.hashes.tallies),
-                                   fmt::format("\"photons\": {}", result.ledger.shot)};
+                                   fmt::format("\"photons\": {}", result.ledger.shot),
+                                   fmt::format("\"shot\": {{\"unit\": \"W\", \"power\": {}}}",
+                                               watts(result, result.ledger.shot_power))};
   if (d.flux_u > 0) members.push_back("\"flux\": " + flux(result));
   if (d.lengths > 0) {
     members.push_back("\"path_length\": "

@@ -420,6 +420,22 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   return out;
 }
 
+std::vector<std::string> lights_that_give_nothing(const Scene& scene, int threads) {
+  const bool has_placed =
+      std::any_of(scene.lights.begin(), scene.lights.end(), [](const scene::Light& light) {
+        return !std::holds_alternative<scene::DirectionalLight>(light)
+               && !std::holds_alternative<scene::EnvironmentLight>(light);
+      });
+  const std::vector<scene::Component>& components = scene.medium.components;
+  const bool shines =
+      std::any_of(components.begin(), components.end(), [](const scene::Component& c) {
+        return !std::holds_alternative<scene::NoEmission>(c.emission);
+      });
+  constexpr double no_table = 1;  // points
+  if (!has_placed && !shines) return {};
+  return prepare(scene, threads, {}, {}, no_table).warnings;
+}
+
 void prepare_view(const Scene& scene, PreparedScene& prepared) {
   PreparedScene& p = prepared;
   p.camera = prepare_camera(scene, p.filter_quantiles);

@@ -72,7 +72,7 @@ std::vector<Case> cases() {
   using namespace scene;
   std::vector<Case> all;
   const glm::dvec3 one(1);
-  const auto add = [&](std::string name, Light light, double least = 0.06) {
+  const auto add = [&](std::string name, Light light, double least = 0.1) {
     all.push_back({std::move(name), std::move(light), least});
   };
   for (const double distance : {3.0, 1e3, 1e6, 1e8}) {
@@ -88,14 +88,14 @@ std::vector<Case> cases() {
                        v = glm::normalize(glm::cross(u, at));
       add("rectangle" + of, RectangleLight{at, size * u, size * v, one, ""});
       const glm::dvec3 tilted = glm::normalize(v + 2.0 * glm::normalize(at));
-      add("tilted" + of, RectangleLight{at, size * u, size * tilted, one, ""}, 0.03);
+      add("tilted" + of, RectangleLight{at, size * u, size * tilted, one, ""});
     }
   }
   add("a pencil of light", SpotLight{{2e3, 9e3, -4e3}, {-2, -9, 4}, 0.01, 0.5, one, ""}, 0.3);
   add("a huge sphere that touches", SphereLight{{0, 1e4 + 0.51, 0}, 1e4, one, ""});
-  add("a strip", RectangleLight{{3, 2, 1}, {0, 0, 300}, {-0.02, 0, 0}, one, ""}, 0.02);
+  add("a strip", RectangleLight{{3, 2, 1}, {0, 0, 300}, {-0.02, 0, 0}, one, ""}, 0.05);
   add("a wall at a grazing angle",
-      RectangleLight{{5100, 0.8, 0}, {1e4, 0, 0}, {0, 0, 1e4}, one, ""}, 0.01);
+      RectangleLight{{5100, 0.8, 0}, {1e4, 0, 0}, {0, 0, 1e4}, one, ""}, 0.04);
   add("rectangle within", RectangleLight{{0.1, 0.2, 0}, {0.2, 0, 0}, {0, 0.02, 0.1}, one, ""}, 0.9);
   add("sphere within", SphereLight{{0.1, 0.2, 0}, 0.1, one, ""}, 0.9);
   return all;

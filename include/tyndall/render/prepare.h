@@ -87,6 +87,10 @@ PreparedScene prepare(const Scene& scene, int threads,
                       const std::function<void(double)>& progress = {}, const Stop& stop = {},
                       double table_points = NoiseTable::processor_points);
 
+/// \return PreparedScene::warnings of a scene that is not rendered: what check() cannot know, since
+/// it takes the bounds of the medium. Scenes that cannot have any take no time.
+std::vector<std::string> lights_that_give_nothing(const Scene& scene, int threads = 0);
+
 /// The camera of `scene`, in place of another one. \pre prepared of the same scene but for that
 void prepare_view(const Scene& scene, PreparedScene& prepared);
 
