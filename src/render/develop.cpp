@@ -125,16 +125,16 @@ RenderResult develop(const Partial& part) {
   result.hashes = {hash_tallies(part), pixel_bits.value()};
 
   if (result.unlit_replicates > 0) {
-    const std::string whose =
+    const std::string why =
         frame.dim_lights.empty()
-            ? "the lights"
-            : fmt::format("{}, most of which passes by", fmt::join(frame.dim_lights, ", "));
+            ? ""
+            : fmt::format(", since next to all of {} passes by", fmt::join(frame.dim_lights, ", "));
     result.warnings.push_back(fmt::format(
         "the light is not converged: of the {} photons that were shot, {} met matter, though the "
-        "camera's paths found it; the light of {} is missing or mere noise, which no figure of "
-        "noise shows: fit medium.box to the matter, shoot more photons, or take the integrator "
+        "camera's paths found it{}: scattered light is missing or mere noise, which no figure of "
+        "noise shows; fit medium.box to the matter, shoot more photons, or take the integrator "
         "\"path\"",
-        shot.ledger.shot, shot.audit.lit, whose));
+        shot.ledger.shot, shot.audit.lit, why));
   }
   if (const double stalled = stalled_share(shot.ledger); stalled > 1e-6) {
     result.warnings.push_back(

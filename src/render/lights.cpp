@@ -809,6 +809,11 @@ double brightness(const scene::Light& light, glm::dvec3 box_min, const Box& box)
     return near * near;
   };
   const auto seen = [](const glm::dvec3& radiance) { return largest(radiance) / 1024; };
+  // A tiny light may be cut where it is seen, so that what it lights is still counted.
+  const auto lit_or_seen = [&](const glm::dvec3& radiance, double share) {
+    const double lit = largest(radiance) * std::min(share, double{pi});
+    return std::max(lit, std::min(seen(radiance), 4096 * lit));
+  };
   return std::visit(
       Overloaded{
           [&](const scene::PointLight& l) {
@@ -817,11 +822,11 @@ double brightness(const scene::Light& light, glm::dvec3 box_min, const Box& box)
           [&](const scene::SpotLight& l) { return largest(l.intensity) / square_to(l.position); },
           [&](const scene::RectangleLight& l) {
             const double share = etendue(l) / (double{pi} * square_to(l.center));
-            return std::max(largest(l.radiance) * std::min(share, double{pi}), seen(l.radiance));
+            return lit_or_seen(l.radiance, share);
           },
           [&](const scene::SphereLight& l) {
             const double share = etendue(l) / (4 * double{pi} * square_to(l.center));
-            return std::max(largest(l.radiance) * std::min(share, double{pi}), seen(l.radiance));
+            return lit_or_seen(l.radiance, share);
           },
           [&](const scene::DirectionalLight& l) {
             const double sine = squared_sine(cap_height(0.5 * l.angle));

@@ -113,7 +113,7 @@ TEST(UnlitReplicates, are_counted_named_and_never_free_of_noise) {
   EXPECT_TRUE(std::isinf(unlit.noise));
   std::size_t count = 0;
   for (const std::string& warning : unlit.warnings)
-    count += warning.find("lights[0] (directional, group \"key\"), most of which passes by")
+    count += warning.find("since next to all of lights[0] (directional, group \"key\") passes by")
              != std::string::npos;
   EXPECT_EQ(count, 1u);
   c.box = 1;
