@@ -58,10 +58,10 @@ struct Frame {
   double shot_power = 0;                                     ///< [W] of all photons together
   double unshot_power[3] = {};                               ///< see RenderResult
   std::uint64_t cells = 0;                                   ///< of the grid; 0: there is none
-  std::uint64_t light_words = 0;      ///< of a replicate's light; 0: the same
-  Detectors detectors;                ///< without memory
-  double longest_path = 0;            ///< [length] of its histogram
-  std::vector<std::string> warnings;  ///< about the scene
+  std::uint64_t light_words = 0;        ///< of a replicate's light; 0: the same
+  Detectors detectors;                  ///< without memory
+  double longest_path = 0;              ///< [length] of its histogram
+  std::vector<std::string> warnings;    ///< about the scene
   std::vector<std::string> dim_lights;  ///< most of whose photons pass by all that could receive
                                         ///< them
 

@@ -63,8 +63,8 @@ struct PreparedScene {
     return bright_pixels.empty() ? pixels() : bright_pixels.size();
   }
 
-  double shot_power = 0;       ///< [W] of all photons together, each of weight 1
-  glm::dvec3 unshot_power{0};  ///< [W] past all that could receive it: never shot
+  double shot_power = 0;                ///< [W] of all photons together, each of weight 1
+  glm::dvec3 unshot_power{0};           ///< [W] past all that could receive it: never shot
   std::vector<std::string> warnings;    ///< of lights and emissions that give nothing
   std::vector<std::string> dim_lights;  ///< see Frame
   std::vector<int>
