@@ -290,20 +290,20 @@ std::uint64_t hash_tallies(const Partial& part) {
 }
 
 int unlit_replicates(const Partial& part) {
-  // As many photons tell the light's noise: fewer than that, or than a tenth of what the camera's
-  // paths make likely, do not.
-  constexpr double enough = 30, likely = 0.1;
+  // Fewer photons than that do not show the light's noise. Where the camera's paths make as many
+  // likely, and there is not a tenth of them, it is not because the matter is thin.
+  constexpr double enough = 30, few = 0.1;
   double hits = 0, samples = 0;
   for (const PixelTally& pixel : part.film.pixels) hits += static_cast<double>(pixel.hits);
   for (const Replicate& r : part.replicates) samples += static_cast<double>(r.samples.count());
   samples *= static_cast<double>(part.frame.pixels());
-  if (!(hits > 0)) return 0;
+  if (hits < enough) return 0;
   return static_cast<int>(
       std::count_if(part.replicates.begin(), part.replicates.end(), [&](const Replicate& r) {
         if (r.samples.empty() || r.photons.empty()) return false;
-        const double expected = likely * hits / samples * static_cast<double>(r.photons.count());
+        const double expected = hits / samples * static_cast<double>(r.photons.count());
         const auto lit = static_cast<double>(r.shot.audit.lit);
-        return lit < enough && lit < expected;
+        return expected >= enough && lit < enough && lit < few * expected;
       }));
 }
 
