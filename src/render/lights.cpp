@@ -384,6 +384,7 @@ class LightList {
     e.position = to_vec3f(position);
     target_.aim(e, position, cone);
     e.is_far = cone.height < 2;
+    if (!e.is_far) e.direction = {0, 0, 1};  // any: these pictures stay as they were
     DirectLight direct;
     direct.kind = DirectLight::Kind::point;
     direct.position = e.position;
