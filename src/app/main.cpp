@@ -30,6 +30,7 @@
 #include "io/scene_json.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
+#include "tyndall/render/prepare.h"
 #include "tyndall/render/render.h"
 
 namespace tyndall::app {
@@ -421,7 +422,10 @@ int run(int argc, char** argv) {
     const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
     for (const std::string& warning : file.warnings) warn(warning);
     // The scene is none the worse for it: another machine may render it.
-    if (const std::string shortage = memory_shortage(file.scene); !shortage.empty()) warn(shortage);
+    const std::string shortage = memory_shortage(file.scene);
+    if (!shortage.empty()) warn(shortage);
+    if (shortage.empty())
+      for (const std::string& warning : lights_that_give_nothing(file.scene)) warn(warning);
     print(fmt::format("{}: valid\n", arguments.scene));
   }
   if (*info) {

@@ -260,10 +260,8 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
 
   bool collide(int l, int c) {
     const auto& component = pass_.medium.component(c);
-    if (pass_.detectors.sums) {
-      tracks_[l].length = tracks_[l].length + lanes_.distance[l];
-      ++tracks_[l].scatterings;
-    }
+    if (pass_.detectors.sums) tracks_[l].length = tracks_[l].length + lanes_.distance[l];
+    if (tracks_[l].scatterings++ == 0) ++this->audit_.lit;
     Vec3f w = weight(l);
     if (component.scatters() && lanes_.scores[l]) {
       pass_.illumination.score(static_cast<std::size_t>(lanes_.illumination_cell[l]),

@@ -147,7 +147,7 @@ void for_each_value(P& part, Each& each) {
   all(f.scene_hash, f.arithmetic, f.seed, f.photons, f.samples, f.replicates, f.components,
       f.has_bounds, f.width, f.height, f.left, f.top, f.whole_width, f.whole_height, f.film_unit,
       f.exposure, f.groups, f.shot_power, f.unshot_power[0], f.unshot_power[1], f.unshot_power[2],
-      f.cells, f.light_words, f.longest_path, f.warnings);
+      f.cells, f.light_words, f.longest_path, f.warnings, f.dim_lights);
   auto& d = f.detectors;
   all(d.flux_u, d.flux_v, d.lengths, d.scatterings, d.angles, d.nx, d.ny, d.nz);
   all(part.matter_hash, part.matter_cells, part.depth_pixels, part.film.clamped,

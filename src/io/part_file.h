@@ -11,7 +11,7 @@
 
 namespace tyndall::io {
 
-inline constexpr std::uint32_t part_version = 2;
+inline constexpr std::uint32_t part_version = 3;
 
 /// Appends `part` to `file`, without committing it. \throws Error(output_failed)
 void write_part(const Partial& part, OutputFile& file);

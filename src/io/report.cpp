@@ -133,6 +133,7 @@ std::vector<Fact> facts_of(const RenderResult& result) {
       {"ledger.watt.stalled", watts(result, ledger.stalled_power)},
       {"ledger.watt.closes", number(power_closes(ledger))},
       {"ledger.watt.unshot", list(result.unshot_power)},
+      {"unlit_replicates", number(result.unlit_replicates)},
   };
   add_audit(facts, "shoot", result.shoot);
   add_audit(facts, "gather", result.gather);
@@ -170,20 +171,29 @@ std::string photon_line(const Ledger& ledger) {
                         sum.closes());
 }
 
-/// Of all channels together: the channels apart are in the report.
+/// \return "3 W", or "3, 2, 1 W" of red, green and blue where they differ.
+std::string channels_text(const double (&watts)[3]) {
+  return watts[0] == watts[1] && watts[1] == watts[2]
+             ? fmt::format("{:.4g} W", watts[0])
+             : fmt::format("{:.4g}, {:.4g}, {:.4g} W", watts[0], watts[1], watts[2]);
+}
+
+/// Powers are those of the channels; shares are those of the channels together.
 std::string power_line(const RenderResult& result) {
-  double shot = 0, shares[5] = {};
+  double shot[3] = {}, shares[5] = {};
   for (int channel = 0; channel < 3; ++channel) {
     const Balance sum = power_balance(result.ledger, channel);
     const Count parts[5] = {sum.missed, sum.escaped, sum.absorbed, sum.rouletted, sum.stalled};
-    shot += watt(result, sum.shot);
+    shot[channel] = watt(result, sum.shot);
     for (int i = 0; i < 5; ++i) shares[i] += watt(result, parts[i]);
   }
-  for (double& share : shares) share = ratio(share, shot);
-  const double unshot = result.unshot_power[0] + result.unshot_power[1] + result.unshot_power[2];
+  for (double& share : shares) share = ratio(share, shot[0] + shot[1] + shot[2]);
+  const double* const unshot = result.unshot_power;
   const std::string passing =
-      unshot > 0 ? fmt::format(" ({:.4g} W more pass by the medium)", unshot) : "";
-  return fmt::format("power    {:.4g} W shot{}: ", shot, passing)
+      unshot[0] + unshot[1] + unshot[2] > 0
+          ? fmt::format(" ({} more pass by the medium)", channels_text(result.unshot_power))
+          : "";
+  return fmt::format("power    {} shot{}: ", channels_text(shot), passing)
          + balance_line(shares, power_closes(result.ledger));
 }
 

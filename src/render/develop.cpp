@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "render/account.h"
 #include "tyndall/base/hash.h"
@@ -115,6 +116,7 @@ RenderResult develop(const Partial& part) {
   std::copy(std::begin(frame.unshot_power), std::end(frame.unshot_power), result.unshot_power);
 
   result.noise = relative_noise(part);
+  result.unlit_replicates = unlit_replicates(part);
   const Development film(part);
   result.replicates = film.replicates();
   result.picture = film.picture();
@@ -122,6 +124,18 @@ RenderResult develop(const Partial& part) {
   for (const float value : result.picture.rgba) pixel_bits.add(float_bits(value));
   result.hashes = {hash_tallies(part), pixel_bits.value()};
 
+  if (result.unlit_replicates > 0) {
+    const std::string why =
+        frame.dim_lights.empty()
+            ? ""
+            : fmt::format(", since next to all of {} passes by", fmt::join(frame.dim_lights, ", "));
+    result.warnings.push_back(fmt::format(
+        "the light is not converged: of the {} photons that were shot, {} met matter, though the "
+        "camera's paths found it{}: scattered light is missing or mere noise, which no figure of "
+        "noise shows; fit medium.box to the matter, shoot more photons, or take the integrator "
+        "\"path\"",
+        shot.ledger.shot, shot.audit.lit, why));
+  }
   if (const double stalled = stalled_share(shot.ledger); stalled > 1e-6) {
     result.warnings.push_back(
         fmt::format("{:.3g} of the power stalled in endless flights: a bias", stalled));

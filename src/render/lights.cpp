@@ -4,10 +4,13 @@
 #include <cmath>
 #include <numeric>
 
+#include <fmt/format.h>
+
 #include <glm/geometric.hpp>
 
 #include "render/emission.h"
 #include "render/scene_values.h"
+#include "tyndall/render/bounds.h"
 #include "tyndall/render/image.h"
 #include "tyndall/render/lights.h"
 
@@ -74,15 +77,134 @@ struct Cone {
   }
 };
 
-/// The directions in which a light of this radius reaches the medium: the cone about the box's
-/// bounding sphere. All of them from within it, and where the medium has no end.
-Cone cone_about(const Box& box, const glm::dvec3& position, double radius) {
-  const glm::dvec3 center = 0.5 * to_dvec3(box.extent), way = center - position;
-  const double distance = glm::length(way), reach = (glm::length(center) + radius) * margin;
-  if (is_endless(box) || distance <= reach) return {};
-  const double square = (reach / distance) * (reach / distance);
-  const auto height = static_cast<float>(square / (1 + std::sqrt(1 - square)));
-  return {way / distance, double{height}};
+glm::dvec3 corner(const glm::dvec3& low, const glm::dvec3& high, int i) {
+  return {i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z};
+}
+
+/// The largest area that faces show to any direction of the cone. \param forth of the faces across
+/// each axis, to directions along it \param back to directions against it
+double largest_area(const glm::dvec3& forth, const glm::dvec3& back, const Cone& cone) {
+  double sum = 0;
+  for (int a = 0; a < 3; ++a) {
+    glm::dvec3 axis(0);
+    axis[a] = 1;
+    sum +=
+        std::max({forth[a] * cone.nearest_cosine(axis), back[a] * cone.nearest_cosine(-axis), 0.0});
+  }
+  return std::min(sum, glm::length(glm::max(forth, back)));
+}
+
+/// What can receive light from afar, in local space: super-voxels that hold something, and grounds.
+/// All of the box where there is nothing, where its light has no end, and where detectors count
+/// what leaves it.
+class Target {
+ public:
+  Target(const Box& box, const MajorantTables& bounds, bool is_all) : is_endless_(is_endless(box)) {
+    const glm::dvec3 extent = to_dvec3(box.extent);
+    low_ = extent, high_ = glm::dvec3(0);
+    const glm::dvec3 cell = extent / glm::dvec3(bounds.nx, bounds.ny, bounds.nz);
+    std::size_t index = 0;
+    for (int k = 0; k < bounds.nz; ++k)
+      for (int j = 0; j < bounds.ny; ++j)
+        for (int i = 0; i < bounds.nx; ++i)
+          if (bounds.total[index++] > 0) {
+            add(cell * glm::dvec3(i, j, k));
+            add(cell * glm::dvec3(i + 1, j + 1, k + 1));
+          }
+    for (Face face = 0; face < 6; ++face) {
+      if (!box.is_ground(face)) continue;
+      glm::dvec3 low(0), high = extent;
+      (face & 1 ? low : high)[face / 2] = face & 1 ? extent[face / 2] : 0.0;
+      add(low), add(high);
+    }
+    if (is_all || is_endless_ || !(low_.x <= high_.x)) low_ = glm::dvec3(0), high_ = extent;
+    // Light that comes from beyond a ground starts beyond it.
+    const glm::dvec3 more = (margin - 1) * extent;
+    low_ -= more, high_ += more;
+  }
+
+  glm::dvec3 center() const { return 0.5 * (low_ + high_); }
+  double radius() const { return margin * 0.5 * glm::length(high_ - low_); }
+  bool has_no_end() const { return is_endless_; }
+
+  /// \param f (corner of its box) -> bool \return whether all are
+  template <class F>
+  bool all_corners(const F& f) const {
+    for (int i = 0; i < 8; ++i)
+      if (!f(corner(low_, high_, i))) return false;
+    return true;
+  }
+
+  /// As it is seen along the directions from `position`, or from within `radius` of that: the cone
+  /// that holds them. All directions from within, and where it has no end.
+  Cone cone_from(const glm::dvec3& position, double radius) const {
+    const glm::dvec3 way = center() - position;
+    const double distance = glm::length(way), reach = this->radius() + radius * margin;
+    Cone cone;
+    if (distance > 1e-12 * reach) cone.axis = way / distance;
+    if (is_endless_ || distance <= reach) return cone;
+    const double square = (reach / distance) * (reach / distance);
+    cone.height = double{static_cast<float>(square / (1 + std::sqrt(1 - square)))};
+    return cone;
+  }
+
+  /// Aims `e`, a light about `position`, into `cone`.
+  void aim(Emitter& e, const glm::dvec3& position, const Cone& cone) const {
+    e.direction = to_vec3f(cone.axis);
+    e.cone_height = static_cast<float>(cone.height);
+    e.distance = static_cast<float>(glm::length(center() - position));
+    e.receivers = {to_vec3f(low_), to_vec3f(high_ - low_), to_vec3f(center()),
+                   is_endless_ ? 1e30f : static_cast<float>(radius())};
+  }
+
+  /// No less than the area that it shows to any direction of the cone.
+  double largest_area(const Cone& cone) const {
+    const glm::dvec3 e = high_ - low_, areas(e.y * e.z, e.x * e.z, e.x * e.y);
+    return tyndall::largest_area(areas, areas, cone);
+  }
+
+  /// \return whether a ray that has entered the medium passes its box.
+  bool is_met_by(const Ray& ray) const {
+    double t0 = 0, t1 = 1e300;
+    const glm::dvec3 o = to_dvec3(ray.origin), d = to_dvec3(ray.direction);
+    for (int a = 0; a < 3; ++a) {
+      const double x = (low_[a] - o[a]) / d[a], y = (high_[a] - o[a]) / d[a];
+      if (!(d[a] == 0 ? o[a] >= low_[a] && o[a] <= high_[a] : true)) return false;
+      if (d[a] == 0) continue;
+      t0 = std::max(t0, std::min(x, y)), t1 = std::min(t1, std::max(x, y));
+    }
+    return is_endless_ || t0 <= t1;
+  }
+
+ private:
+  void add(const glm::dvec3& p) { low_ = glm::min(low_, p), high_ = glm::max(high_, p); }
+
+  glm::dvec3 low_, high_;
+  bool is_endless_;
+};
+
+/// What becomes of the photons of an emitter, by some that are tried.
+struct Yield {
+  double weight = 0;    ///< that they have on average: all that is shot
+  double arriving = 0;  ///< share of them that meets the receivers
+};
+
+/// Points of the additive recurrence of the generalised golden ratio in 6 dimensions [Roberts2018]:
+/// the same everywhere.
+Yield try_out(const Emitter& emitter, const Box& box, const Target& target) {
+  constexpr std::uint32_t count = 8192;
+  constexpr std::uint32_t step[] = {0xe60e2b73u, 0xcebd76dbu, 0xb9c9aa3bu,
+                                    0xa6f5777fu, 0x9609c71fu, 0x86d516e5u};
+  Yield yield;
+  for (std::uint32_t i = 1; i <= count; ++i) {
+    const auto word = [&](int k) { return 0x80000000u + i * step[k]; };
+    Photon photon =
+        tyndall::emit(emitter, box, {0, word(2), word(3), 0}, {word(0), word(1), word(4), word(5)});
+    if (!(largest(photon.weight) > 0)) continue;
+    yield.weight += 1.0 / count;
+    if (enter(box, photon.ray) && target.is_met_by(photon.ray)) yield.arriving += 1.0 / count;
+  }
+  return yield;
 }
 
 /// Image environments as the walks read them: see SkyImage.
@@ -130,13 +252,19 @@ std::vector<std::uint32_t> tabulate(const Image& image, SkyImage& sky, const Sto
 class LightList {
  public:
   LightList(const Scene& scene, const Box& box, const Stop& stop, PreparedScene& out)
-      : box_min_(scene.medium.box_min), box_(box), stop_(stop), out_(out) {}
+      : box_min_(scene.medium.box_min),
+        box_(box),
+        target_(box, out.tables, detects_what_leaves(scene.detectors)),
+        stop_(stop),
+        out_(out) {}
 
   void add(Glow glow) {
     emit(glow.emitter, glm::dvec3(glow.power));
     out_.glow_tables.push_back(std::move(glow.ends));
   }
-  void add(const scene::Light& light) {
+  /// \param name for messages
+  void add(const scene::Light& light, const std::string& name) {
+    const std::size_t first = emitters_.size();
     std::visit(
         [&](const auto& l) {
           group_ = index_of_group(l.group);
@@ -148,6 +276,22 @@ class LightList {
             if (!out_.clumps.empty()) return add_at_clumps(l);
           }
           add(l);
+        },
+        light);
+    double shot = 0, arriving = 0;
+    for (std::size_t i = first; i < emitters_.size(); ++i) {
+      const double power = largest(emitters_[i].power);
+      shot += power;
+      arriving += power * try_out(emitters_[i].value, box_, target_).arriving;
+    }
+    constexpr double dim = 0.01;
+    if (shot > 0 && arriving < dim * shot) out_.dim_lights.push_back(name);
+    if (arriving > 0) return;
+    std::visit(
+        [&](const auto& l) {
+          if (const std::string why = why_nothing_arrives(l, shot > 0); !why.empty())
+            out_.warnings.push_back(
+                fmt::format("{}: none of its light reaches the medium: {}", name, why));
         },
         light);
   }
@@ -273,12 +417,14 @@ class LightList {
   }
 
   void add(const scene::PointLight& light) {
-    const Cone cone = cone_about(box_, local(light.position), 0);
+    const glm::dvec3 position = local(light.position);
+    const Cone cone = target_.cone_from(position, 0);
     Emitter e;
     e.kind = Emitter::Kind::point;
-    e.position = to_vec3f(local(light.position));
-    e.direction = to_vec3f(cone.axis);
-    e.cone_height = static_cast<float>(cone.height);
+    e.position = to_vec3f(position);
+    target_.aim(e, position, cone);
+    e.is_far = cone.height < 2;
+    if (!e.is_far) e.direction = {0, 0, 1};  // any: these pictures stay as they were
     DirectLight direct;
     direct.kind = DirectLight::Kind::point;
     direct.position = e.position;
@@ -288,17 +434,13 @@ class LightList {
   }
 
   void add(const scene::SpotLight& light) {
-    const glm::dvec3 axis = glm::normalize(light.direction);
+    const glm::dvec3 axis = glm::normalize(light.direction), position = local(light.position);
     const double outer = cap_height(0.5 * light.angle), inner = fade_start(light);
-    const Cone about_box = cone_about(box_, local(light.position), 0);
+    const Cone about_target = target_.cone_from(position, 0);
     const glm::dvec3 power = solid_angle(light) * light.intensity;
-    if (about_box.nearest_cosine(axis) <= 1 - outer) {  // it shines past the medium
-      out_.unshot_power += power;
-      return;
-    }
     Emitter e;
     e.kind = Emitter::Kind::spot;
-    e.position = to_vec3f(local(light.position));
+    e.position = to_vec3f(position);
     e.axis = to_vec3f(axis);
     e.spot.height = static_cast<float>(outer);
     e.spot.sharpness = static_cast<float>(1 / std::max(outer - inner, 1e-30));
@@ -308,26 +450,88 @@ class LightList {
     direct.position = e.position;
     direct.direction = e.axis;
     direct.spot = e.spot;
+    if (about_target.nearest_cosine(axis) <= 1 - outer) {  // it shines past the medium
+      out_.unshot_power += power;
+      return;
+    }
     Cone cone{axis, outer};
-    if (about_box.height < outer) {
-      cone = about_box;
+    target_.aim(e, position, cone);
+    if (about_target.height < outer) {
+      cone = about_target;
+      target_.aim(e, position, cone);
       const double shot = cone.solid_angle() * cone.mean([&](Vec3f direction) {
         return e.spot.falloff(e.axis, direction);
       });
       out_.unshot_power += glm::max(power - shot * light.intensity, glm::dvec3(0));
+    } else {
+      // Its lines are known by where they pass the point of the axis that is nearest to what they
+      // are aimed at.
+      const double distance = glm::dot(target_.center() - position, axis);
+      const glm::dvec3 nearest = position + distance * axis;
+      e.receivers.center = to_vec3f(nearest);
+      e.receivers.radius += static_cast<float>(glm::length(nearest - target_.center()) * margin);
+      e.distance = static_cast<float>(distance);
     }
-    e.direction = to_vec3f(cone.axis);
-    e.cone_height = static_cast<float>(cone.height);
+    e.is_far = about_target.height < 2 && e.distance > e.receivers.radius;
     add_placed(e, cone.solid_angle() * light.intensity, direct, light.intensity);
   }
 
+  /// An emitter that is one of several ways to send light out.
+  struct Way {
+    Emitter emitter;
+    double etendue = 0;  ///< [area sr] of all its photons
+    Yield yield;
+
+    double wasted() const { return etendue * (1 - yield.arriving); }
+  };
+  void judge(Way& way) const { way.yield = try_out(way.emitter, box_, target_); }
+
   void add(const scene::RectangleLight& light) {
+    std::vector<Way> tiles{send(light)};
+    // A large light nearby, and one seen at a grazing angle: parts of it are very unlike.
+    constexpr std::size_t most = 64;
+    const auto is_poor = [&] {
+      double arriving = 0, all = 0;
+      for (const Way& tile : tiles) arriving += tile.yield.arriving * tile.etendue;
+      for (const Way& tile : tiles) all += tile.etendue;
+      return arriving < 0.125 * all;
+    };
+    std::vector<scene::RectangleLight> parts{light};
+    while (!target_.has_no_end() && is_poor() && tiles.size() < most) {
+      std::size_t worst = 0;
+      for (std::size_t i = 1; i < tiles.size(); ++i)
+        if (tiles[i].wasted() > tiles[worst].wasted()) worst = i;
+      scene::RectangleLight half = parts[worst];
+      glm::dvec3& edge =
+          glm::length(half.edge_u) > glm::length(half.edge_v) ? half.edge_u : half.edge_v;
+      edge *= 0.5;
+      const glm::dvec3 aside = 0.5 * edge, middle = half.center;
+      half.center = middle - aside;
+      parts[worst] = half, tiles[worst] = send(half);
+      half.center = middle + aside;
+      parts.push_back(half), tiles.push_back(send(half));
+    }
+    const auto gives_nothing = [](const Way& tile) { return !(tile.yield.arriving > 0); };
+    if (std::all_of(tiles.begin(), tiles.end(), gives_nothing)) tiles = {send(light)};
+
+    const glm::dvec3 power = etendue(light) * light.radiance;
+    double shot = 0;
+    for (const Way& tile : tiles) {
+      emit_light(tile.emitter, tile.etendue * light.radiance, !target_.has_no_end());
+      shot += tile.etendue * tile.yield.weight;
+    }
+    out_.unshot_power += glm::max(power - shot * light.radiance, glm::dvec3(0));
+    DirectLight direct;
+    direct.kind = DirectLight::Kind::parallelogram;
+    direct.parallelogram = parallelogram(light);
+    if (!target_.has_no_end()) ask(direct, light.radiance, shot * light.radiance);
+  }
+
+  Parallelogram parallelogram(const scene::RectangleLight& light) const {
     const glm::dvec3 u = light.edge_u, v = light.edge_v, across = glm::cross(u, v);
     const double area = glm::length(across);
-    const glm::dvec3 normal = across / area, power = etendue(light) * light.radiance;
-    Emitter e;
-    e.kind = Emitter::Kind::parallelogram;
-    Parallelogram& shape = e.parallelogram;
+    const glm::dvec3 normal = across / area;
+    Parallelogram shape;
     shape.center = to_vec3f(local(light.center));
     shape.edge_u = to_vec3f(u);
     shape.edge_v = to_vec3f(v);
@@ -335,46 +539,86 @@ class LightList {
     shape.dual_v = to_vec3f(glm::cross(normal, u) / area);
     shape.normal = to_vec3f(normal);
     shape.area = static_cast<float>(area);
-    DirectLight direct;
-    direct.kind = DirectLight::Kind::parallelogram;
-    direct.parallelogram = shape;
+    return shape;
+  }
 
+  /// The best way to send its light out; of no etendue where it is turned away.
+  Way send(const scene::RectangleLight& light) const {
+    const glm::dvec3 u = light.edge_u, v = light.edge_v, center = local(light.center);
+    const double area = glm::length(glm::cross(u, v));
+    const glm::dvec3 normal = glm::cross(u, v) / area;
+    Way way;
+    way.emitter.kind = Emitter::Kind::parallelogram;
+    way.emitter.parallelogram = parallelogram(light);
+    if (!target_.has_no_end() && target_.all_corners([&](const glm::dvec3& p) {
+          return glm::dot(p - center, normal) <= 0;
+        }))
+      return way;
     const double radius = 0.5 * std::max(glm::length(u + v), glm::length(u - v));
-    const Cone cone = cone_about(box_, local(light.center), radius);
-    const double nearest = cone.nearest_cosine(normal) * margin;
-    glm::dvec3 shot = power;
-    if (cone.height < 2 && nearest <= 0) {
-      shot = glm::dvec3(0);  // turned away
-      out_.unshot_power += power;
-    } else if (2 * cone.height * nearest < 1) {
-      e.direction = to_vec3f(cone.axis);
-      e.cone_height = static_cast<float>(cone.height);
-      e.bound = static_cast<float>(nearest);
-      const glm::dvec3 amount = cone.solid_angle() * area * light.radiance;
-      shot = nearest * amount;
-      out_.unshot_power += power - amount * cone.mean([&](Vec3f direction) {
-        return max(dot(direction, shape.normal), 0.0f);
-      });
+    const Cone cone = target_.cone_from(center, radius);
+    target_.aim(way.emitter, center, cone);
+    // Bounds of the cosine and of the cone's height, from all of its points.
+    const double reach = target_.radius() * margin;
+    const double from = (glm::length(target_.center() - center) - radius) / margin;
+    const double above = glm::dot(target_.center() - center, normal) + reach;
+    double nearest = cone.nearest_cosine(normal) * margin, height = 2;
+    if (from > reach) {
+      nearest = std::min(nearest, above / (from - reach) * margin);
+      height = cone_of_sphere(static_cast<float>(from), static_cast<float>(reach));
     }
-    add_placed(e, shot, direct, light.radiance);
+    way.etendue = double{pi} * area;
+    if (!target_.has_no_end() && 2 * height * nearest < 1) {
+      way.emitter.bound = static_cast<float>(height * nearest);
+      way.etendue = 2 * double{pi} * area * double{way.emitter.bound};
+    }
+    judge(way);
+    return better(way, traced_back(way.emitter, cone));
+  }
+
+  /// Another way: from what is lit back to the light. Nothing where there is none.
+  Way traced_back(Emitter emitter, const Cone& cone) const {
+    Way way;
+    if (target_.has_no_end()) return way;
+    emitter.is_traced_back = true;
+    emitter.bound = static_cast<float>(target_.largest_area(cone) * margin);
+    way.emitter = emitter;
+    way.etendue = cone.solid_angle() * double{emitter.bound};
+    judge(way);
+    return way;
+  }
+
+  static const Way& better(const Way& a, const Way& b) {
+    return b.etendue > 0 && b.yield.arriving > a.yield.arriving ? b : a;
   }
 
   void add(const scene::SphereLight& light) {
-    const Cone cone = cone_about(box_, local(light.center), light.radius);
-    Emitter e;
+    const glm::dvec3 center = local(light.center);
+    const Cone cone = target_.cone_from(center, light.radius);
+    Way way;
+    Emitter& e = way.emitter;
     e.kind = Emitter::Kind::sphere;
-    e.position = to_vec3f(local(light.center));
+    e.position = to_vec3f(center);
     e.radius = static_cast<float>(light.radius);
-    e.direction = to_vec3f(cone.axis);
-    e.cone_height = static_cast<float>(cone.height);
+    target_.aim(e, center, cone);
     DirectLight direct;
     direct.kind = DirectLight::Kind::sphere;
     direct.position = e.position;
     direct.radius = e.radius;
     const glm::dvec3 power = etendue(light) * light.radiance;
-    const double share = 0.5 * cone.height;
-    out_.unshot_power += (1 - share) * power;
-    add_placed(e, share * power, direct, light.radiance);
+    // It shines outwards.
+    const bool surrounds = !target_.has_no_end() && target_.all_corners([&](const glm::dvec3& p) {
+      return glm::length(p - center) <= light.radius;
+    });
+    if (surrounds) {
+      out_.unshot_power += power;
+      return add_placed(e, glm::dvec3(0), direct, light.radiance);
+    }
+    way.etendue = etendue(light) * 0.5 * cone.height;
+    judge(way);
+    way = better(way, traced_back(e, cone));
+    out_.unshot_power +=
+        glm::max(power - way.etendue * way.yield.weight * light.radiance, glm::dvec3(0));
+    add_placed(way.emitter, way.etendue * light.radiance, direct, light.radiance);
   }
 
   void add(const scene::DirectionalLight& light) {
@@ -451,20 +695,60 @@ class LightList {
 
   /// No less than the open faces show to any direction of the cone.
   double largest_open_area(const Cone& cone) const {
-    const glm::dvec3 forth = to_dvec3(lit_areas(box_, {1, 1, 1})),
-                     back = to_dvec3(lit_areas(box_, {-1, -1, -1}));
-    double sum = 0;
-    for (int a = 0; a < 3; ++a) {
-      glm::dvec3 axis(0);
-      axis[a] = 1;
-      sum += std::max(
-          {forth[a] * cone.nearest_cosine(axis), back[a] * cone.nearest_cosine(-axis), 0.0});
-    }
-    return std::min(sum, glm::length(glm::max(forth, back)));
+    return largest_area(to_dvec3(lit_areas(box_, {1, 1, 1})),
+                        to_dvec3(lit_areas(box_, {-1, -1, -1})), cone);
+  }
+
+  // Lights that give nothing, why, and what helps. Nothing of those that are black, which check()
+  // says, and of distant ones, which fall on all of an open side.
+
+  std::string why_nothing_arrives(const scene::PointLight& l, bool is_shot) const {
+    return largest(l.power) > 0 && is_shot ? hidden() : "";
+  }
+  std::string why_nothing_arrives(const scene::SpotLight& l, bool is_shot) const {
+    if (!(largest(l.intensity) > 0)) return "";
+    if (is_shot) return hidden();
+    return fmt::format(
+        "its cone passes by; turn its direction to {}, where the matter is, or widen its angle",
+        text(target_.center() - local(l.position)));
+  }
+  std::string why_nothing_arrives(const scene::RectangleLight& l, bool is_shot) const {
+    if (!(largest(l.radiance) > 0)) return "";
+    if (is_shot) return hidden();
+    return fmt::format(
+        "it is turned away, since it shines along edge_u x edge_v, {}, and the matter is on its "
+        "other side; exchange edge_u and edge_v",
+        text(glm::normalize(glm::cross(l.edge_u, l.edge_v))));
+  }
+  std::string why_nothing_arrives(const scene::SphereLight& l, bool is_shot) const {
+    if (!(largest(l.radiance) > 0)) return "";
+    if (is_shot) return hidden();
+    return "the matter is inside of it, and it shines outwards; take an environment light, or a "
+           "smaller radius";
+  }
+  template <class Distant>
+  std::string why_nothing_arrives(const Distant&, bool) const {
+    return "";
+  }
+  std::string hidden() const {
+    return box_.grounds != 0 ? "a ground is between them, or it shines along its side; move the "
+                               "light to the other side"
+                             : "the light passes by; move it nearer or turn it";
+  }
+  static std::string text(glm::dvec3 v) {
+    for (int a = 0; a < 3; ++a)
+      if (std::abs(v[a]) < 1e-4 * glm::length(v)) v[a] = 0;  // and no -0
+    return fmt::format("[{:.4g}, {:.4g}, {:.4g}]", v.x, v.y, v.z);
+  }
+
+  static bool detects_what_leaves(const scene::Detectors& d) {
+    return d.flux[0] > 0 || d.path_length_bins > 0 || d.scattering_bins > 0
+           || d.exit_angle_bins > 0;
   }
 
   glm::dvec3 box_min_;
   Box box_;
+  Target target_;
   const Stop& stop_;
   PreparedScene& out_;
   int group_ = -1;
@@ -474,16 +758,94 @@ class LightList {
   std::vector<Weighed<DirectLight>> direct_;
 };
 
+std::string name_of(const scene::Light& light, std::size_t index) {
+  const char* kind =
+      std::visit(Overloaded{[](const scene::PointLight&) { return "point"; },
+                            [](const scene::SpotLight&) { return "spot"; },
+                            [](const scene::RectangleLight&) { return "rectangle"; },
+                            [](const scene::SphereLight&) { return "sphere"; },
+                            [](const scene::DirectionalLight&) { return "directional"; },
+                            [](const scene::EnvironmentLight&) { return "environment"; }},
+                 light);
+  const std::string& group = std::visit(
+      [](const auto& l) -> const auto& { return l.group; }, light);
+  return group.empty() ? fmt::format("lights[{}] ({})", index, kind)
+                       : fmt::format("lights[{}] ({}, group \"{}\")", index, kind, group);
+}
+
+/// \return nothing of fields that have none.
+const scene::Remap* remap_of(const scene::Field& field) {
+  if (const auto* grid = std::get_if<scene::DenseGrid>(&field)) return &grid->remap;
+  if (const auto* grid = std::get_if<scene::SparseGrid>(&field)) return &grid->remap;
+  return nullptr;
+}
+
+/// Why a component that is to shine does not, and what helps; empty where it does. \param power it
+/// has
+std::string why_dark(const Component<AnyField>& component, const scene::Component& from,
+                     double power) {
+  if (component.extinction == 0) return "";  // which check() says
+  const Emission& emission = *component.emission;
+  if (const auto* body = std::get_if<scene::BlackbodyEmission>(&from.emission)) {
+    // Below, what the eye sees of a black body is less than 1e-9 W/(m^2 sr).
+    constexpr double visible = 700, fire = 2000;
+    const double hottest = largest_density(emission.field);
+    if (body->intensity == 0) return "";
+    if (hottest < visible) {
+      const scene::Remap* remap = remap_of(body->temperature);
+      const std::string remedy = !remap || !(hottest > 0) ? "give a hotter field"
+                                 : hottest <= 1.5
+                                     ? fmt::format(
+                                         "the convention 0 to 1 wants a remap that makes kelvins "
+                                         "of it, such as \"remap\": {{\"scale\": {:.4g}}}",
+                                         fire / hottest * remap->scale)
+                                     : fmt::format(
+                                         "if its numbers are not kelvins, make kelvins of them, "
+                                         "such as by \"remap\": {{\"scale\": {:.4g}}}",
+                                         fire / hottest * remap->scale);
+      return fmt::format(
+          "its largest temperature is {:.4g} K, and black bodies below {} K do not "
+          "shine visibly; {}",
+          hottest, visible, remedy);
+    }
+  }
+  if (power > 0) return "";
+  if (!(largest(emission.factor) > 0)) return "";  // which check() says
+  if (!(largest_density(component.field) > 0))
+    return "the component holds no matter that could shine";
+  if (emission.kind != Emission::Kind::color && !(largest_density(emission.field) > 0))
+    return "its field is 0 everywhere; give one that is not";
+  const Vec3f share = Vec3f{1, 1, 1} - component.albedo;
+  if (!(largest(share * emission.factor) > 0))
+    return "matter emits as it absorbs, and it absorbs nothing in the colours of the emission; "
+           "lower its albedo there";
+  return "its field is 0 where the matter is; move one of them";
+}
+
 }  // namespace
+
+double largest_density(const AnyField& field) {
+  using enum AnyField::Kind;
+  if (field.kind == solid || field.kind == noise_cloud) return 1;
+  return density_bounds(field, {glm::dvec3(0.0), glm::dvec3(1e30)}).upper;
+}
 
 void prepare_lights(const Scene& scene, const Box& box, int threads, const Stop& stop,
                     PreparedScene& out) {
   LightList list(scene, box, stop, out);
   for (std::size_t c = 0; c < out.components.size(); ++c) {
-    if (out.components[c].emission)
-      list.add(glow(out.components, c, box, out.tables, threads, stop));
+    if (!out.components[c].emission) continue;
+    Glow of_component = glow(out.components, c, box, out.tables, threads, stop);
+    const auto index = static_cast<std::size_t>(out.scene_component[c]);
+    const std::string why =
+        why_dark(out.components[c], scene.medium.components[index], of_component.power);
+    if (!why.empty()) {
+      out.warnings.push_back(fmt::format("medium.components[{}].emission: {}", index, why));
+    }
+    list.add(std::move(of_component));
   }
-  for (const scene::Light& light : scene.lights) list.add(light);
+  for (std::size_t i = 0; i < scene.lights.size(); ++i)
+    list.add(scene.lights[i], name_of(scene.lights[i], i));
   list.finish();
 }
 
@@ -506,6 +868,11 @@ double brightness(const scene::Light& light, glm::dvec3 box_min, const Box& box)
     return near * near;
   };
   const auto seen = [](const glm::dvec3& radiance) { return largest(radiance) / 1024; };
+  // A tiny light may be cut where it is seen, so that what it lights is still counted.
+  const auto lit_or_seen = [&](const glm::dvec3& radiance, double share) {
+    const double lit = largest(radiance) * std::min(share, double{pi});
+    return std::max(lit, std::min(seen(radiance), 4096 * lit));
+  };
   return std::visit(
       Overloaded{
           [&](const scene::PointLight& l) {
@@ -514,11 +881,11 @@ double brightness(const scene::Light& light, glm::dvec3 box_min, const Box& box)
           [&](const scene::SpotLight& l) { return largest(l.intensity) / square_to(l.position); },
           [&](const scene::RectangleLight& l) {
             const double share = etendue(l) / (double{pi} * square_to(l.center));
-            return std::max(largest(l.radiance) * std::min(share, double{pi}), seen(l.radiance));
+            return lit_or_seen(l.radiance, share);
           },
           [&](const scene::SphereLight& l) {
             const double share = etendue(l) / (4 * double{pi} * square_to(l.center));
-            return std::max(largest(l.radiance) * std::min(share, double{pi}), seen(l.radiance));
+            return lit_or_seen(l.radiance, share);
           },
           [&](const scene::DirectionalLight& l) {
             const double sine = squared_sine(cap_height(0.5 * l.angle));

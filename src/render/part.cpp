@@ -289,6 +289,24 @@ std::uint64_t hash_tallies(const Partial& part) {
   return hasher.value();
 }
 
+int unlit_replicates(const Partial& part) {
+  // Fewer photons than that do not show the light's noise. Where the camera's paths make as many
+  // likely, and there is not a tenth of them, it is not because the matter is thin.
+  constexpr double enough = 30, few = 0.1;
+  double hits = 0, samples = 0;
+  for (const PixelTally& pixel : part.film.pixels) hits += static_cast<double>(pixel.hits);
+  for (const Replicate& r : part.replicates) samples += static_cast<double>(r.samples.count());
+  samples *= static_cast<double>(part.frame.pixels());
+  if (hits < enough) return 0;
+  return static_cast<int>(
+      std::count_if(part.replicates.begin(), part.replicates.end(), [&](const Replicate& r) {
+        if (r.samples.empty() || r.photons.empty()) return false;
+        const double expected = hits / samples * static_cast<double>(r.photons.count());
+        const auto lit = static_cast<double>(r.shot.audit.lit);
+        return expected >= enough && lit < enough && lit < few * expected;
+      }));
+}
+
 namespace {
 
 /// Sums over the pixels that met matter, of luminances.
@@ -298,7 +316,7 @@ struct Spread {
   double error = 0;     ///< squares of the standard errors of those variances
 };
 
-/// Nothing where fewer than two replicates have samples.
+/// Nothing where fewer than two replicates have samples, or the light of one is not converged.
 Spread spread_of(const Partial& part) {
   double n = 0;
   int replicates = 0;
@@ -307,7 +325,7 @@ Spread spread_of(const Partial& part) {
     replicates += !r.samples.empty();
   }
   Spread sum;
-  if (replicates < 2) return sum;
+  if (replicates < 2 || unlit_replicates(part) > 0) return sum;
   const double freedom = replicates - 1;
   for (std::size_t i = 0; i < part.film.pixels.size(); ++i) {
     const PixelTally& pixel = part.film.pixels[i];

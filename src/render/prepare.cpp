@@ -251,13 +251,9 @@ std::vector<int> ascending(const std::vector<float>& majorants) {
   return order;
 }
 
-/// Some upper bound of each component's extinction, cheap: the extinction times the field's largest
-/// density.
+/// Some upper bound of each component's extinction.
 float largest_sigma_t(const Component<AnyField>& c) {
-  using enum AnyField::Kind;
-  if (c.field.kind == solid || c.field.kind == noise_cloud) return c.extinction;
-  const Region everywhere{glm::dvec3(0.0), glm::dvec3(1e30)};
-  return static_cast<float>(c.extinction * density_bounds(c.field, everywhere).upper);
+  return static_cast<float>(c.extinction * largest_density(c.field));
 }
 
 // ---- Groups
@@ -490,6 +486,22 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.matter_scale = static_cast<float>(std::ldexp(1.0, 40 - exponent));
   if (detects(scene)) out.detectors = view(scene.detectors, extent);
   return out;
+}
+
+std::vector<std::string> lights_that_give_nothing(const Scene& scene, int threads) {
+  const bool has_placed =
+      std::any_of(scene.lights.begin(), scene.lights.end(), [](const scene::Light& light) {
+        return !std::holds_alternative<scene::DirectionalLight>(light)
+               && !std::holds_alternative<scene::EnvironmentLight>(light);
+      });
+  const std::vector<scene::Component>& components = scene.medium.components;
+  const bool shines =
+      std::any_of(components.begin(), components.end(), [](const scene::Component& c) {
+        return !std::holds_alternative<scene::NoEmission>(c.emission);
+      });
+  constexpr double no_table = 1;  // points
+  if (!has_placed && !shines) return {};
+  return prepare(scene, threads, {}, {}, no_table).warnings;
 }
 
 void prepare_view(const Scene& scene, PreparedScene& prepared) {

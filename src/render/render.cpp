@@ -131,6 +131,8 @@ Frame frame_of(const Scene& scene, const PreparedScene& prepared,
   frame.detectors = prepared.detectors;
   frame.longest_path = scene.detectors.path_length_max;
   frame.warnings = warnings;
+  frame.warnings.insert(frame.warnings.end(), prepared.warnings.begin(), prepared.warnings.end());
+  frame.dim_lights = prepared.dim_lights;
   return frame;
 }
 

@@ -128,7 +128,7 @@ TEST_F(PartFile, of_any_length_but_its_own_is_refused) {
 TEST_F(PartFile, of_another_version_says_so) {
   std::string bytes = write(checkpoint());
   bytes[8] = 77;
-  EXPECT_NE(refusal(bytes).find("version 77, this program reads 2"), std::string::npos);
+  EXPECT_NE(refusal(bytes).find("version 77, this program reads 3"), std::string::npos);
 }
 
 TEST_F(PartFile, that_needs_more_memory_than_there_is_says_so) {

@@ -96,6 +96,7 @@ TEST(Lights, the_cone_of_a_point_light_leaves_out_nothing_that_meets_the_box) {
   const Lit lit({scene::PointLight{position, glm::dvec3(1)}});
   Emitter everywhere = lit.prepared.emitters[0];
   everywhere.cone_height = 2;
+  everywhere.is_far = false;
   std::int64_t met = 0, met_of_all = 0;
   for (std::uint64_t i = 0; i < photons; ++i) {
     Ray ray = lit.photon(i).ray;

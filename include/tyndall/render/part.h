@@ -58,10 +58,12 @@ struct Frame {
   double shot_power = 0;                                     ///< [W] of all photons together
   double unshot_power[3] = {};                               ///< see RenderResult
   std::uint64_t cells = 0;                                   ///< of the grid; 0: there is none
-  std::uint64_t light_words = 0;      ///< of a replicate's light; 0: the same
-  Detectors detectors;                ///< without memory
-  double longest_path = 0;            ///< [length] of its histogram
-  std::vector<std::string> warnings;  ///< about the scene
+  std::uint64_t light_words = 0;        ///< of a replicate's light; 0: the same
+  Detectors detectors;                  ///< without memory
+  double longest_path = 0;              ///< [length] of its histogram
+  std::vector<std::string> warnings;    ///< about the scene
+  std::vector<std::string> dim_lights;  ///< most of whose photons pass by all that could receive
+                                        ///< them
 
   std::uint64_t pixels() const {
     return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
@@ -135,8 +137,13 @@ std::uint64_t light_hash(const Replicate& replicate);
 /// \return a hash of the tallies.
 std::uint64_t hash_tallies(const Partial& part);
 
+/// \return how many replicates have samples, but hardly any photons that met matter or a ground,
+/// although the camera's paths did: the light that they lack is no noise that their spread shows.
+int unlit_replicates(const Partial& part);
+
 /// Standard error of the picture's mean luminance over mean, root of mean square over the pixels
-/// that met matter: noise, not bias. \return infinity where fewer than two replicates have samples.
+/// that met matter: noise, not bias. \return infinity where fewer than two replicates have samples,
+/// or where one of them is unlit.
 double relative_noise(const Partial& part);
 
 /// Whether that is below `limit`: the one place where noise ends a render. The spread of few

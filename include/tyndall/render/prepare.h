@@ -72,8 +72,10 @@ struct PreparedScene {
     return bright_pixels.empty() ? pixels() : bright_pixels.size();
   }
 
-  double shot_power = 0;       ///< [W] of all photons together, each of weight 1
-  glm::dvec3 unshot_power{0};  ///< [W] into directions that cannot meet the medium
+  double shot_power = 0;                ///< [W] of all photons together, each of weight 1
+  glm::dvec3 unshot_power{0};           ///< [W] past all that could receive it: never shot
+  std::vector<std::string> warnings;    ///< of lights and emissions that give nothing
+  std::vector<std::string> dim_lights;  ///< see Frame
   std::vector<int>
       scene_component;  ///< of each component of `medium`, which are sorted by their majorants
 
@@ -93,6 +95,10 @@ struct PreparedScene {
 PreparedScene prepare(const Scene& scene, int threads,
                       const std::function<void(double)>& progress = {}, const Stop& stop = {},
                       double table_points = NoiseTable::processor_points);
+
+/// \return PreparedScene::warnings of a scene that is not rendered: what check() cannot know, since
+/// it takes the bounds of the medium. Scenes that cannot have any take no time.
+std::vector<std::string> lights_that_give_nothing(const Scene& scene, int threads = 0);
 
 /// The camera of `scene`, in place of another one. \pre prepared of the same scene but for that
 void prepare_view(const Scene& scene, PreparedScene& prepared);

@@ -78,6 +78,7 @@ struct RenderResult {
   Audit shoot, gather;          ///< counts of the walks, majorant violations among them
   std::uint64_t clamped = 0;    ///< film samples that were cut to the film's range
   double noise = 0;             ///< see relative_noise()
+  int unlit_replicates = 0;     ///< see unlit_replicates()
   double photon_power = 0;      ///< [W] of one photon of weight 1
   Ranges photons, samples;      ///< that are done
   bool is_complete = true;      ///< whether these are all

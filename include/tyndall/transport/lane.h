@@ -145,7 +145,7 @@ class Lane {
   TYN_HD void write_down() {
     deposit_audit(pass_.accounts.own().audit,
                   {count_.flights, count_.cells, count_.tentative, count_.real, lookups_.lookups,
-                   lookups_.octaves, lookups_.violations});
+                   lookups_.octaves, lookups_.violations, 0});
     count_ = {};
     lookups_.lookups = lookups_.octaves = lookups_.violations = 0;
   }

@@ -42,6 +42,7 @@ struct Audit {
   Count lookups = 0;     ///< densities asked for
   Count octaves = 0;     ///< octaves of noise summed
   Count violations = 0;  ///< look-ups outside the bounds of their super-voxel: must be 0
+  Count lit = 0;         ///< photons that met matter or a ground; of other paths none
 };
 
 /// The account of one worker (or of a whole device).

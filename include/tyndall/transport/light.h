@@ -71,6 +71,12 @@ struct Parallelogram {
   TYN_HD Vec3f point(float u, float v) const {
     return center + (u - 0.5f) * edge_u + (v - 0.5f) * edge_v;
   }
+  /// \return whether the line from the centre's `offset` along the unit `direction`, at `distance`,
+  /// passes through it.
+  TYN_HD bool holds(Vec3f offset, Vec3f direction, float distance) const {
+    const Vec3f at = offset + distance * direction;
+    return abs(dot(at, dual_u)) <= 0.5f && abs(dot(at, dual_v)) <= 0.5f;
+  }
   /// \return how far along the unit `direction` the bright side is met, 0 for never. The ray
   /// begins `before` ahead of `from`: as much may be below 0.
   TYN_HD float meet(Vec3f from, Vec3f direction, float before = 0.0f) const {
@@ -196,9 +202,16 @@ struct SkyImage {
 
 // ---- Photons
 
+/// What photons of placed lights are aimed at: a box, and the sphere about it.
+struct Receivers {
+  Vec3f low{0, 0, 0}, size{1, 1, 1};
+  Vec3f center{0.5f, 0.5f, 0.5f};
+  float radius = 1;
+};
+
 struct Emitter {
   enum class Kind {
-    point,          ///< from `position` evenly into the cone about `direction`
+    point,          ///< from `position` uniformly into the cone about `direction`
     spot,           ///< the same, fading about `axis`
     disc,           ///< from `position` through an even point of the disc that `direction` ends in
     beam,           ///< parallel light along `direction`, evenly over the face of the box
@@ -206,8 +219,9 @@ struct Emitter {
     environment,    ///< cosine-distributed inwards, evenly over the face of the box: constant
                     ///< radiance outside
     sky,            ///< directions of an image, evenly over the faces of the box
-    parallelogram,  ///< into the cone, or cosine-distributed about its normal
-    sphere,         ///< about `position`: into the cone from its surface
+    parallelogram,  ///< from a uniform point of it into the cone that holds the receivers there,
+                    ///< or cosine-distributed about its normal
+    sphere,         ///< about `position`: from its surface into the cone
     matter,         ///< of a component that shines, evenly in all directions
   };
 
@@ -221,9 +235,16 @@ struct Emitter {
                           ///< spot, or the sun; 2 for all directions
   float radius = 0;       ///< disc, across `direction`; sphere
   Face face = 0;          ///< beam, environment
-  float bound = 0;      ///< parallelogram: of the cosine in the cone, 0: no cone; sun, sky: of the
-                        ///< area that the open faces show to a direction
-  Vec3f axis{0, 0, 1};  ///< spot
+  float bound = 0;  ///< parallelogram: of the cosine times the cone's height, 0: no cone; sun, sky:
+                    ///< of the area that the open faces show to a direction; traced back: of the
+                    ///< area that the receivers show
+  Receivers receivers;          ///< point, spot, parallelogram, sphere
+  float distance = 0;           ///< [length] from the light's centre to that of the receivers; then
+                                ///< `direction` is the way there
+  bool is_far = false;          ///< point, spot: outside the receivers' sphere
+  bool is_traced_back = false;  ///< parallelogram, sphere: from a uniform point that the receivers
+                                ///< show to a direction of the cone, back to the light
+  Vec3f axis{0, 0, 1};          ///< spot
   SpotCone spot;
   Parallelogram parallelogram;
   SkyImage sky;
@@ -529,11 +550,39 @@ TYN_HD Vec3f lit_point(const Box& box, Vec3f direction, Vec3f areas, float u, fl
   return point_on_face(box, direction.z < 0.0f ? 5 : 4, u, v);
 }
 
+/// A line that passes two centres, the second one `distance` behind the first: that of a light and
+/// that of the receivers. Where it passes the second one follows from where it passes the first and
+/// from the angle between, not from positions: that holds for any distance.
+struct Aim {
+  Vec3f direction;  ///< unit
+  Vec3f across;     ///< unit, at right angles to it: where angles turn a line at the second centre
+  float sine, cosine;  ///< to the line through the centres
+
+  /// \return how far a line through the first centre passes from the second one.
+  TYN_HD Vec3f shift(float distance) const { return (distance * sine) * across; }
+};
+
+/// A uniform direction of the cone about `axis`, the unit vector from the first centre to the
+/// second. See direction_in_cone().
+TYN_HD Aim aim_in_cone(Vec3f axis, float height, float u, float v) {
+  const float h = u * height, sine = sqrt(max(0.0f, h * (2.0f - h))), cosine = 1.0f - h;
+  const SinCos phi = sin_cos_turn(v);
+  return {normalize(to_frame_of(axis, {sine * phi.cos, sine * phi.sin, cosine})),
+          normalize(to_frame_of(axis, {cosine * phi.cos, cosine * phi.sin, -sine})), sine, cosine};
+}
+
+/// The height of the cone of directions in which a sphere is seen; 2 from within.
+TYN_HD float cone_of_sphere(float distance, float radius) {
+  const float sine = distance > radius ? radius / distance : 1.0f;
+  return sine < 1.0f ? sine * sine / (1.0f + sqrt(1.0f - sine * sine)) : 2.0f;
+}
+
 /// Event 0 of a photon; of weight 0 where a test against a bound fails, which shines nowhere.
 /// \param first block (0, emission); `aim` block (0, aim) of its stream. Not for matter, which
 /// emit_from_matter() asks.
 TYN_HD Photon emit(const Emitter& light, const Box& box, RandomBlock first, RandomBlock aim) {
   Photon photon{{light.position, light.direction}, light.weight};
+  const Receivers& receivers = light.receivers;
   const float u = uniform_symmetric(aim.a), v = uniform_symmetric(aim.b);
   Vec3f& direction = photon.ray.direction;
   const auto require = [&](float value) {
@@ -546,14 +595,33 @@ TYN_HD Photon emit(const Emitter& light, const Box& box, RandomBlock first, Rand
     photon.ray.origin =
         lit_point(box, direction, areas, uniform(first.b), uniform(first.c), uniform(aim.c));
   };
+  // The line passes the receivers' centre at `offset` and starts `start` beyond that point, or
+  // where it meets their sphere: there positions have the digits that the medium needs.
+  const auto start_from = [&](Vec3f offset, float start) {
+    photon.ray.origin = receivers.center + offset + max(start, -receivers.radius) * direction;
+  };
+  // A line through a uniform point that the receivers show. \return where it passes the light's
+  // centre.
+  const auto trace_back = [&](const Aim& line) {
+    Box shown;
+    shown.extent = receivers.size;
+    direction = line.direction;
+    const Vec3f areas = lit_areas(shown, direction);
+    require(areas.x + areas.y + areas.z);
+    const Vec3f p =
+        receivers.low - receivers.center
+        + lit_point(shown, direction, areas, uniform(first.b), uniform(first.c), uniform(aim.c));
+    return p - dot(p, direction) * direction - line.shift(light.distance);
+  };
   switch (light.kind) {
     case Emitter::Kind::point:
-      direction = direction_in_cone(light.direction, light.cone_height, u, v);
+    case Emitter::Kind::spot: {
+      const Aim line = aim_in_cone(light.direction, light.cone_height, u, v);
+      direction = line.direction;
+      if (light.is_far) start_from(line.shift(light.distance), -largest_float);
+      if (light.kind == Emitter::Kind::spot) require(light.spot.falloff(light.axis, direction));
       break;
-    case Emitter::Kind::spot:
-      direction = direction_in_cone(light.direction, light.cone_height, u, v);
-      require(light.spot.falloff(light.axis, direction));
-      break;
+    }
     case Emitter::Kind::disc: {
       const SinCos turn = sin_cos_turn(v);
       const float r = light.radius * sqrt(u);
@@ -581,23 +649,48 @@ TYN_HD Photon emit(const Emitter& light, const Box& box, RandomBlock first, Rand
       fall_on_faces();
       break;
     }
-    case Emitter::Kind::parallelogram:
-      photon.ray.origin = light.parallelogram.point(uniform(first.b), uniform(first.c));
-      if (light.bound > 0.0f) {
-        direction = direction_in_cone(light.direction, light.cone_height, u, v);
-        require(dot(direction, light.parallelogram.normal));
+    case Emitter::Kind::parallelogram: {
+      const Parallelogram& shape = light.parallelogram;
+      if (light.is_traced_back) {
+        const Aim line = aim_in_cone(light.direction, light.cone_height, u, v);
+        const Vec3f offset = trace_back(line);
+        const float cosine = dot(shape.normal, direction);
+        const float start = -dot(shape.normal, offset) / max(cosine, 1e-30f);
+        const bool meets = cosine > 0.0f && shape.holds(offset, direction, start);
+        if (!meets) photon.weight = {0, 0, 0};
+        start_from(offset + line.shift(light.distance),
+                   meets ? start - light.distance * line.cosine : 0.0f);
+      } else if (light.bound > 0.0f) {
+        const Vec3f way = receivers.center - shape.point(uniform(first.b), uniform(first.c));
+        const float distance = length(way), height = cone_of_sphere(distance, receivers.radius);
+        const Aim line = aim_in_cone((1.0f / max(distance, 1e-30f)) * way, height, u, v);
+        direction = line.direction;
+        require(height * max(dot(direction, shape.normal), 0.0f));
+        start_from(line.shift(distance), -distance * line.cosine);
       } else {
-        direction = direction_around(light.parallelogram.normal, sqrt(u), v);
+        photon.ray.origin = shape.point(uniform(first.b), uniform(first.c));
+        direction = direction_around(shape.normal, sqrt(u), v);
       }
       break;
+    }
     case Emitter::Kind::sphere: {
       // The sphere shows a disc to each direction, as bright as to any other.
-      direction = direction_in_cone(light.direction, light.cone_height, u, v);
-      const SinCos turn = sin_cos_turn(uniform(first.c));
-      const float square = uniform(first.b), r = light.radius * sqrt(square);
-      photon.ray.origin = light.position
-                          + to_frame_of(direction, {r * turn.cos, r * turn.sin,
-                                                    light.radius * sqrt(1.0f - square)});
+      const Aim line = aim_in_cone(light.direction, light.cone_height, u, v);
+      direction = line.direction;
+      Vec3f offset;
+      float square;  // of its length over the radius
+      if (light.is_traced_back) {
+        offset = trace_back(line);
+        square = dot(offset, offset) / (light.radius * light.radius);
+        if (!(square < 1.0f)) photon.weight = {0, 0, 0};
+      } else {
+        const SinCos turn = sin_cos_turn(uniform(first.c));
+        square = uniform(first.b);
+        const float r = light.radius * sqrt(square);
+        offset = (r * turn.cos) * line.across + (r * turn.sin) * cross(line.direction, line.across);
+      }
+      start_from(offset + line.shift(light.distance),
+                 light.radius * sqrt(max(1.0f - square, 0.0f)) - light.distance * line.cosine);
       break;
     }
     case Emitter::Kind::matter:

@@ -28,6 +28,7 @@ TYN_HD void deposit_audit(Audit& tally, const Audit& part) {
   deposit(tally.lookups, part.lookups);
   deposit(tally.octaves, part.octaves);
   deposit(tally.violations, part.violations);
+  deposit(tally.lit, part.lit);
 }
 
 /// What became of a photon at a real collision.
@@ -135,6 +136,7 @@ struct ShootPass {
     const bool escaped = flight.end == Flight::End::escaped;
     const Box& box = medium.whole.box;
     const bool is_ground = escaped && box.is_ground(flight.face);
+    if (is_ground && burden.track.scatterings == 0) deposit(accounts.own().audit.lit, 1);
     // Where nothing reflects, all is taken.
     const Vec3f albedo = is_ground ? box.ground_albedo[flight.face] : Vec3f{0, 0, 0};
     const Scattering next = scatter(burden.weight, albedo, random, path.event + 1);
@@ -155,7 +157,7 @@ struct ShootPass {
   TYN_HD bool collide(Burden& burden, const Flight& flight, const RandomStream& random,
                       Path& path) const {
     burden.track.length = burden.track.length + flight.length;
-    ++burden.track.scatterings;
+    if (burden.track.scatterings++ == 0) deposit(accounts.own().audit.lit, 1);
     const auto& component = medium.component(flight.component);
     if (component.scatters() && burden.scores)
       illumination.score(path.ray.origin, path.ray.direction, burden.weight, burden.group);
