@@ -153,7 +153,7 @@ std::uint64_t scene_hash(const Scene& scene);
 
 /// Version of the arithmetic: results of different versions cannot be compared or merged bit by
 /// bit.
-inline constexpr int arithmetic_version = 2;
+inline constexpr int arithmetic_version = 3;
 
 /// The CPU backend; `threads` 0: one per hardware thread. Results do not depend on
 /// `instruction_set`: one of instruction_sets(), the widest if empty. Defined in src/host.
