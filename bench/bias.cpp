@@ -1,6 +1,7 @@
 /// \file
 /// tyndall-bias: how far the photons' pictures are from the path tracer's, on average over all
-/// noise, per scene, grid and bounces: a table in Markdown.
+/// noise, per scene, grid and bounces; or those of slabs from a deterministic reference, per phase
+/// function, optical depth and bounces: tables in Markdown.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +14,7 @@
 #include <CLI/CLI.hpp>
 
 #include "io/scene_json.h"
+#include "support/adding_doubling.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
@@ -26,6 +28,7 @@ struct Options {
   std::vector<int> bounces{0, 1, 2};
   int seeds = 8, width = 48;
   std::uint64_t photons = 4000000, samples = 64, path_samples = 1024;
+  bool slabs = false;
 };
 
 /// A picture of each seed.
@@ -144,11 +147,66 @@ std::array<int, 3> grid_of(const Scene& scene, int resolution) {
   return {along(extent.x), along(extent.y), along(extent.z)};
 }
 
+/// Slabs of albedo 1 in the sun, seen along its direction: the mean radiance against the doubling
+/// of layers.
+void print_slabs(const Options& options, Backend& backend) {
+  std::printf("| optical depth, g |");
+  for (const int bounces : options.bounces) std::printf(" %d bounces |", bounces);
+  std::printf(" exact [1/sr] |\n|---|");
+  for (std::size_t i = 0; i < options.bounces.size(); ++i) std::printf("---|");
+  std::printf("---|\n");
+  for (const double depth : {0.1, 2.0, 10.0, 100.0}) {
+    for (const double g : {0.0, 0.5, 0.85, 0.95}) {
+      const double exact = test::SlabReference(depth, 1, test::henyey_greenstein_moments(g, 400),
+                                               {}, g > 0.9 ? 160 : 64)
+                               .reflected(-1);
+      std::printf("| %g, %g |", depth, g);
+      for (const int bounces : options.bounces) {
+        Scene scene;
+        scene.medium.sides = {scene::Side::periodic, scene::Side::periodic, scene::Side::open};
+        scene::Component c;
+        c.extinction = depth;
+        c.phase = scene::HenyeyGreensteinPhase{g};
+        scene.medium.components = {c};
+        scene.lights = {scene::DirectionalLight{{0, 0, 1}, glm::dvec3(1)}};
+        scene.camera.projection = scene::Projection::orthographic;
+        scene.camera.position = {0.5, 0.5, -3};
+        scene.camera.look_at = {0.5, 0.5, 0};
+        scene.camera.width = 0.9;
+        scene.camera.resolution = {options.width, options.width};
+        // Nothing varies across: what the cells do to the light is the same, with less noise.
+        scene.illumination_resolution = {1, 1, stored_illumination_resolution(scene)[2]};
+        scene.photons = options.photons;
+        scene.samples = options.samples;
+        scene.bounces = bounces;
+        std::vector<double> means;
+        double mean = 0, spread = 0;
+        for (const Picture& picture : replicates(scene, options.seeds, backend)) {
+          means.push_back(0);
+          const std::size_t pixels = picture.rgba.size() / 4;
+          for (std::size_t p = 0; p < pixels; ++p)
+            means.back() += grey(picture, p) / static_cast<double>(pixels) / exact;
+        }
+        const auto n = static_cast<double>(means.size());
+        for (const double m : means) mean += m / n;
+        for (const double m : means) spread += (m - mean) * (m - mean);
+        std::printf(" %+.2f ± %.2f %% |", 100 * (mean - 1),
+                    100 * std::sqrt(spread / (n * (n - 1))));
+        std::fflush(stdout);
+      }
+      std::printf(" %.5g |\n", exact);
+    }
+  }
+}
+
 int run(int argc, char** argv) {
   Options options;
   CLI::App app("Bias of the photons' pictures against the path tracer's, as a table in Markdown.",
                "tyndall-bias");
-  app.add_option("scenes", options.scenes, "scene files")->required();
+  auto* scenes = app.add_option("scenes", options.scenes, "scene files");
+  auto* slabs = app.add_flag("--slabs", options.slabs,
+                             "slabs that scatter by Henyey-Greenstein, against a reference");
+  scenes->excludes(slabs);
   app.add_option("--grids", options.grids, "cells along the longest edge, 0: the scene's own")
       ->delimiter(',');
   app.add_option("--bounces", options.bounces, "before the grid is read")->delimiter(',');
@@ -158,12 +216,18 @@ int run(int argc, char** argv) {
   app.add_option("--samples", options.samples, "per pixel and seed, photons' pictures");
   app.add_option("--path-samples", options.path_samples, "the same, paths' pictures");
   CLI11_PARSE(app, argc, argv);
+  if (options.scenes.empty() && !options.slabs)
+    throw Error(ExitCode::usage, "expected scene files, or --slabs");
 
   const auto backend = make_cpu_backend();
   std::printf("%d seeds, %llu photons, %llu samples (%llu of paths), %d pixels wide.\n\n",
               options.seeds, static_cast<unsigned long long>(options.photons),
               static_cast<unsigned long long>(options.samples),
               static_cast<unsigned long long>(options.path_samples), options.width);
+  if (options.slabs) {
+    print_slabs(options, *backend);
+    return 0;
+  }
   std::printf(
       "| scene, grid, bounces | picture: RMS | cloud: RMS | lit: RMS | lit: mean | dark: RMS "
       "| dark: mean |\n"

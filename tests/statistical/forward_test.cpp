@@ -117,5 +117,21 @@ TEST(ForwardSlab, shows_the_radiance_that_doubling_says) {
   expect_radiance(henyey_greenstein(2, 0.7), 1, 0, 200);
 }
 
+// Radiance 1 from everywhere is radiance 1 everywhere, whatever the phase function.
+TEST(ForwardFurnace, is_white_by_the_default_camera) {
+  for (const double g : {0.85, -0.85}) {
+    Scene scene = furnace({component(scene::Solid{}, 4, 1, scene::HenyeyGreensteinPhase{g})});
+    scene.camera.resolution = {8, 8};
+    scene.illumination_resolution = {16, 16, 16};
+    scene.photons = 400000;
+    scene.samples = 1000;
+    const Series seen =
+        series(replicates(scene, 8), [](const RenderResult& r) { return mean_of_picture(r); });
+    std::printf("g %+.2f: %.5f +- %.5f\n", g, seen.mean(), seen.standard_error());
+    EXPECT_LT(seen.standard_error(), 0.001) << g;
+    EXPECT_LT(std::abs(seen.mean() - 1), 0.002 + 3 * seen.standard_error()) << g;
+  }
+}
+
 }  // namespace
 }  // namespace tyndall::test
