@@ -133,5 +133,35 @@ TEST(ForwardFurnace, is_white_by_the_default_camera) {
   }
 }
 
+// Seen towards the sun, light scattered n times by a narrow peak is as if it were scattered once by
+// one of mean cosine g^n: radiance is the sum over n of tau^n / n! exp(-tau) P(g^n, 1).
+TEST(ForwardPeak, is_as_bright_towards_the_sun_as_it_is) {
+  const double tau = 0.1;
+  for (const double g : {0.98, 0.99, 0.995, 0.999}) {
+    double exact = 0, weight = std::exp(-tau), power = 1;
+    for (int n = 1; n < 6; ++n) {
+      weight *= tau / n;
+      power *= g;
+      exact += weight * (1 + power) / (4 * double{pi} * (1 - power) * (1 - power));
+    }
+    Scene scene = slab(tau, 1, scene::HenyeyGreensteinPhase{g});
+    look(scene, -1);
+    scene.photons = 20000;
+    scene.samples = 4000;
+    for (const bool photons : {false, true}) {
+      scene.integrator = photons ? scene::Integrator::photons : scene::Integrator::path;
+      const std::vector<RenderResult> results = replicates(scene, 8);
+      const Series seen = series(results, [](const RenderResult& r) { return mean_of_picture(r); });
+      const double off = seen.mean() / exact - 1, error = seen.standard_error() / exact;
+      std::printf("g %g, %s: %+.3f +- %.3f of %.5g\n", g, photons ? "photons" : "path", off, error,
+                  exact);
+      EXPECT_EQ(results[0].clamped, 0u) << g;
+      EXPECT_LT(error, 0.05) << g;
+      // Cosines near 1 are in steps of 6e-8, the width of the narrowest peak is 1e-6.
+      EXPECT_LT(std::abs(off), (g > 0.998 ? 0.15 : 0.01) + 4 * error) << g;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tyndall::test
