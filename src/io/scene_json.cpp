@@ -532,13 +532,12 @@ void load_environment(Reader& reader, const Node& node, EnvironmentLight& light)
   const std::string path = reader.file(name->value.get<std::string>()).string();
   reader.within("image", [&] {
     try {
-      light.image = load_image(path);
+      const LoadedImage loaded = load_image(path);
+      light.image = loaded.image;
       if (std::find(reader.inputs.begin(), reader.inputs.end(), path) == reader.inputs.end())
         reader.inputs.push_back(path);
-      if (const std::size_t mended = light.image->mended(); mended > 0)
-        reader.warning(*name, fmt::format("{}: {} of its pixels were negative, infinite or no "
-                                          "numbers, and are clamped",
-                                          path, mended));
+      for (const std::string& warning : loaded.warnings)
+        reader.warning(*name, fmt::format("{}: {}", path, warning));
     } catch (const Error& error) {
       reader.error(*name, error.what(), error.code());
     }

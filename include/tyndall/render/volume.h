@@ -23,13 +23,27 @@ class DamagedVolume : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Values that a volume cannot have, and what they were made. Voxels are active ones; they count
+/// once, however many of their channels are strange.
+struct MendedValues {
+  struct Voxels {
+    std::uint64_t count = 0;
+    glm::ivec3 first{0};  ///< in index space, the first by x, then y, then z
+  };
+  Voxels not_numbers;  ///< made 0
+  /// Infinite, or beyond limits::density: made the largest, or the smallest, value of the others.
+  Voxels above, below;
+  float largest = 0, smallest = 0;
+  bool background = false;  ///< was one of them: made 0, as are inactive values
+};
+
 /// One grid of floats (as they are, or in NanoVDB's Fp4, Fp8, Fp16, FpN) or of colours (Vec3f).
 /// Every offset leads to a whole, aligned node within the buffer, every value is finite, and the
 /// minimum and maximum of every node are those of all its values, active or not.
 class Volume {
  public:
   /// \param buffer of `size` bytes, 32-byte aligned, which is kept and whose nodes' minima and
-  /// maxima are written. \throws DamagedVolume
+  /// maxima are written; strange values are mended in it. \throws DamagedVolume
   Volume(std::shared_ptr<std::byte> buffer, std::size_t size, int threads = 0);
 
   const std::byte* bytes() const { return buffer_.get(); }
@@ -50,6 +64,7 @@ class Volume {
   float background() const { return background_; }  ///< of a colour: its largest channel
   float minimum() const { return minimum_; }        ///< of all values, of all channels
   float maximum() const { return maximum_; }
+  const MendedValues& mended() const { return mended_; }
 
   /// \return the grid as walks read it; field space is index space from low() on.
   SparseGrid view() const;
@@ -66,6 +81,7 @@ class Volume {
   glm::ivec3 low_{0}, high_{-1};
   glm::dmat4 to_world_{1.0};
   float background_ = 0, minimum_ = 0, maximum_ = 0;
+  MendedValues mended_;
 };
 
 /// \return the grid's own world space to the field space of `field`, see scene::SparseGrid::Fit.

@@ -15,12 +15,17 @@
 #include <vector>
 
 #include <fmt/format.h>
+
+#include "io/helper/images.h"
+#include "io/helper/input.h"
+#include "io/helper/protocol.h"
+#if TYNDALL_OPENVDB
 #include <tbb/global_control.h>
 
-#include "io/helper/input.h"
 #include "io/helper/nanovdb_grids.h"
 #include "io/helper/openvdb_grids.h"
-#include "io/helper/protocol.h"
+#include "render/startable_threads.h"
+#endif
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define COUNT_ALLOCATIONS 1
@@ -57,6 +62,7 @@ void operator delete[](void* p, std::size_t) noexcept { std::free(p); }
 namespace tyndall::io {
 namespace {
 
+#if TYNDALL_OPENVDB
 /// \return the index of the grid that is asked for. The unique name "density[1]" wins over the
 /// plain one.
 std::size_t choose(const Json& grids, const std::string& fallback, const std::string* wanted) {
@@ -118,21 +124,6 @@ void require_format(bool nano) {
   throw Failure{error_format, what};
 }
 
-void limit(std::uint64_t memory, std::uint64_t seconds) {
-  const auto set = [](int what, std::uint64_t value) {
-    const struct rlimit bound { value, value };
-    ::setrlimit(static_cast<__rlimit_resource>(what), &bound);
-  };
-  set(RLIMIT_CPU, seconds);
-  set(RLIMIT_CORE, 0);
-#if COUNT_ALLOCATIONS
-  free_bytes = static_cast<std::int64_t>(memory);
-#else
-  set(RLIMIT_AS, memory);
-#endif
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody waits for an orphan
-}
-
 /// Lists a file's grids, or loads one of them.
 template <class File>
 Json read_grids(File&& file, const std::vector<std::string>& words) {
@@ -149,12 +140,41 @@ Json read_grids(File&& file, const std::vector<std::string>& words) {
   return report;
 }
 
-Json run(const std::vector<std::string>& words) {
+/// Of a grid, or a mesh.
+Json run_on_grids(const std::vector<std::string>& words) {
+  // oneTBB hangs or aborts where it cannot start a thread.
+  const tbb::global_control few(tbb::global_control::max_allowed_parallelism,
+                                static_cast<std::size_t>(startable_threads(8)));
   if (words[0] == "mesh") return Json{{"loaded", voxelize(std::atoi(words.at(3).c_str()))}};
   const bool nano = words.at(3) == "nvdb";
   if (words[0] == "write") return write_grids(nano);
   require_format(nano);
   return nano ? read_grids(NanoFile(), words) : read_grids(VdbFile(), words);
+}
+#endif
+
+Json run(const std::vector<std::string>& words) {
+  if (words[0] == "image") return read_image();
+#if TYNDALL_OPENVDB
+  return run_on_grids(words);
+#else
+  throw Failure{error_format, "this build reads no volumes: it was made without OpenVDB"};
+#endif
+}
+
+void limit(std::uint64_t memory, std::uint64_t seconds) {
+  const auto set = [](int what, std::uint64_t value) {
+    const struct rlimit bound { value, value };
+    ::setrlimit(static_cast<__rlimit_resource>(what), &bound);
+  };
+  set(RLIMIT_CPU, seconds);
+  set(RLIMIT_CORE, 0);
+#if COUNT_ALLOCATIONS
+  free_bytes = static_cast<std::int64_t>(memory);
+#else
+  set(RLIMIT_AS, memory);
+#endif
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody waits for an orphan
 }
 
 /// [byte] The most that this program had resident. What the kernel tells the parent (ru_maxrss)
@@ -194,14 +214,13 @@ int main(int argc, char** argv) {
     report["message"] = message;
   };
   try {
-    const tbb::global_control few(tbb::global_control::max_allowed_parallelism, 8);
     report = run(words);
     report["resident"] = most_resident();
   } catch (const Failure& failure) {
     failed(failure.kind, failure.message);
     report["grids"] = failure.grids;
   } catch (const std::bad_alloc&) {
-    failed(error_memory, "it asks for more memory than there is for it");
+    failed(error_memory, too_much_memory);
   } catch (const std::exception& error) {
     failed(error_damaged, error.what());
   }

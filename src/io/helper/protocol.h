@@ -1,13 +1,14 @@
 /// \file
-/// What crosses the border between Tyndall and its helper, tyndall-vdb, which reads files that may
-/// be damaged and may die of them, and writes grids.
+/// What crosses the border between Tyndall and its helper, tyndall-vdb, which reads volumes and
+/// images that may be damaged and may die of them, and writes grids.
 ///
 ///   tyndall-vdb COMMAND MEMORY SECONDS [ARGUMENT...]
 ///
 /// MEMORY [byte] and SECONDS of processor time are its limits. Standard input is the file, standard
-/// output gets one JSON object. File descriptor `grid_descriptor` is an empty memory file for the
-/// grid. Commands:
+/// output gets one JSON object. File descriptor `memory_descriptor` is an empty memory file for what is
+/// read. Commands:
 ///
+///   image                     an image of the sky
 ///   list                      what grids the file has
 ///   load DEFAULT [GRID]       the grid named GRID, or the one named DEFAULT
 ///   mesh VOXELS               the body within a mesh (.obj), VOXELS along its longest side
@@ -21,7 +22,9 @@
 ///
 /// The object has "error" and "message", or "grids" and "metadata" (list, load), "loaded" (load,
 /// mesh) and "checksum" (load, mesh): Hasher's of the memory file's words, in hexadecimal. And
-/// "resident" [byte], the most that the helper had.
+/// "resident" [byte], the most that the helper had. An image is "image" ("width", "height" and
+/// "checksum" of its RGB floats, linear Rec. 709 from the top left), or a "problem" that keeps it
+/// from being a sky; "warnings", and "told": what the file says of it, for people.
 #pragma once
 
 #include <cstddef>
@@ -35,7 +38,7 @@
 
 namespace tyndall::io {
 
-inline constexpr int grid_descriptor = 3;
+inline constexpr int memory_descriptor = 3;
 /// Larger numbers are cut, where floats have 16 bits.
 inline constexpr float largest_half = 65504.0f;
 inline constexpr const char* helper_name = "tyndall-vdb";
