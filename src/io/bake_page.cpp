@@ -131,7 +131,10 @@ Json packed_light(const std::string& name, const std::vector<Vec3f>& light, int 
     for (const float x : {c.x, c.y, c.z}) rgbm += byte(std::lround(255 * double{x} / unit));
     rgbm += byte(most > 0 ? m : 0.0);
   }
-  return {{"name", name}, {"scale", brightest}, {"step", step}, {"data", base64(pack(rgbm, Packing::gzip))}};
+  return {{"name", name},
+          {"scale", brightest},
+          {"step", step},
+          {"data", base64(pack(rgbm, Packing::gzip))}};
 }
 
 /// Over all directions: rows near the poles are narrow.

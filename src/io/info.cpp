@@ -257,7 +257,7 @@ Json image_info(const std::string& path) {
 }
 
 bool is_image_file(const std::string& extension) {
-  constexpr const char* known[] = {".exr", ".hdr", ".pic", ".png", ".jpg",
+  constexpr const char* known[] = {".exr",  ".hdr", ".pic",  ".png", ".jpg",
                                    ".jpeg", ".tif", ".tiff", ".pfm"};
   return std::find(std::begin(known), std::end(known), extension) != std::end(known);
 }
@@ -334,10 +334,11 @@ Info info(const std::string& path, bool as_json) {
   else if (extension == ".tyn")
     out = part_info(path);
   else
-    throw Error(ExitCode::usage,
-                fmt::format("{}: expected a .vdb, .nvdb, .obj, .json or .tyn file, or an image (.exr, "
-                            ".hdr, .png, .jpg, .tif, .pfm)",
-                            path));
+    throw Error(
+        ExitCode::usage,
+        fmt::format("{}: expected a .vdb, .nvdb, .obj, .json or .tyn file, or an image (.exr, "
+                    ".hdr, .png, .jpg, .tif, .pfm)",
+                    path));
   return {as_json ? out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : lines(out, ""),
           problem};
 }

@@ -228,9 +228,10 @@ std::string helper_shortage(std::uint64_t file_size) {
   if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY
       || limit.rlim_cur >= limits_for(file_size).memory)
     return "";
-  return fmt::format("its reader may use {} MB (ulimit -v), which may be too little: raise the "
-                     "limit",
-                     limit.rlim_cur / 1000000);
+  return fmt::format(
+      "its reader may use {} MB (ulimit -v), which may be too little: raise the "
+      "limit",
+      limit.rlim_cur / 1000000);
 }
 
 std::string cut(const std::string& text, std::size_t most) {
@@ -261,9 +262,10 @@ Json call_helper(const std::string& path, const Descriptor& file, const Descript
   const auto deadline = Clock::now() + std::chrono::seconds(limits.clock);
   const bool ended = read_report(output.number(), deadline, text);
   if (!ended)
-    refuse(fmt::format("damaged, or too slow to read: given up after {} s; where the machine is "
-                       "busy, try again",
-                       limits.clock));
+    refuse(
+        fmt::format("damaged, or too slow to read: given up after {} s; where the machine is "
+                    "busy, try again",
+                    limits.clock));
   const int result = child.wait();
   if (WIFSIGNALED(result)) {
     const int signal = WTERMSIG(result);
@@ -285,8 +287,8 @@ Json call_helper(const std::string& path, const Descriptor& file, const Descript
     refuse("damaged: the library that reads it failed without a word");
   const std::string kind = report.value("error", "");
   if (!shortage.empty() && (kind == error_memory || kind == error_damaged))
-    fail_for_memory(path, fmt::format("not read ({}): {}",
-                                      cut(report.value("message", ""), 200), shortage));
+    fail_for_memory(
+        path, fmt::format("not read ({}): {}", cut(report.value("message", ""), 200), shortage));
   return report;
 }
 

@@ -120,15 +120,15 @@ TEST_F(ImageFile, the_layer_with_the_picture_is_taken) {
   const auto first = [&](const std::string& bytes) { return load(bytes).image->texels()[0]; };
   expect_color(first(with({exr_rgb("AO", 9, 9, 9), exr_rgb("beauty", 1, 2, 3)})), 1, 2, 3);
   expect_color(first(with({exr_rgb("", 1, 2, 3), exr_rgb("zenith", 9, 9, 9)})), 1, 2, 3);
-  expect_color(
-      first(with({exr_rgb("View Layer.Combined", 1, 2, 3), exr_rgb("View Layer.DiffCol", 9, 9, 9)})),
-      1, 2, 3);
+  expect_color(first(with({exr_rgb("View Layer.Combined", 1, 2, 3),
+                           exr_rgb("View Layer.DiffCol", 9, 9, 9)})),
+               1, 2, 3);
   // Depth and the like are no colours.
-  expect_color(first(with({exr_rgb("sky", 1, 2, 3), {{"A", [](int, int) { return 9.0f; }}},
+  expect_color(first(with({exr_rgb("sky", 1, 2, 3),
+                           {{"A", [](int, int) { return 9.0f; }}},
                            {{"depth.Z", [](int, int) { return 9.0f; }}}})),
                1, 2, 3);
-  const std::string several =
-      refusal(with({exr_rgb("day", 1, 2, 3), exr_rgb("night", 4, 5, 6)}));
+  const std::string several = refusal(with({exr_rgb("day", 1, 2, 3), exr_rgb("night", 4, 5, 6)}));
   EXPECT_EQ(several.substr(0, 45), "2 of its layers could be the sky: day; night;") << several;
   EXPECT_NE(several.find("--ch day.R,day.G,day.B"), std::string::npos) << several;
   const std::string none = refusal(with({{{"Z", [](int, int) { return 9.0f; }}}}));
@@ -245,10 +245,10 @@ TEST_F(ImageFile, info_shows_what_an_image_says) {
   depth.channels = {{"Z", [](int, int) { return 1000.0f; }}};
   rgba.name = "rgba";
   rgba.data = {4, 2, 11, 5};
-  rgba.attributes = exr_attribute("envmap", "envmap", std::string(1, '\0'))
-                    + exr_attribute("chromaticities", "chromaticities",
-                                    bytes_of({0.708f, 0.292f, 0.170f, 0.797f, 0.131f, 0.046f,
-                                              0.3127f, 0.3290f}));
+  rgba.attributes =
+      exr_attribute("envmap", "envmap", std::string(1, '\0'))
+      + exr_attribute("chromaticities", "chromaticities",
+                      bytes_of({0.708f, 0.292f, 0.170f, 0.797f, 0.131f, 0.046f, 0.3127f, 0.3290f}));
   const Json told = Json::parse(info(put(exr_file({depth, rgba})), true).text);
   EXPECT_EQ(told["size"], Json({16, 8}));
   EXPECT_EQ(told["format"], "exr");
@@ -296,11 +296,10 @@ TEST_F(ImageFile, all_orders_of_pixels_are_turned_upright) {
     const char* resolution;
     std::vector<int> upright;  // the stored pixel at each place, row by row
   };
-  const Order orders[] = {
-      {"-Y 2 +X 3", {0, 1, 2, 3, 4, 5}}, {"-Y 2 -X 3", {2, 1, 0, 5, 4, 3}},
-      {"+Y 2 +X 3", {3, 4, 5, 0, 1, 2}}, {"+Y 2 -X 3", {5, 4, 3, 2, 1, 0}},
-      {"+X 3 -Y 2", {0, 2, 4, 1, 3, 5}}, {"-X 3 -Y 2", {4, 2, 0, 5, 3, 1}},
-      {"+X 3 +Y 2", {1, 3, 5, 0, 2, 4}}, {"-X 3 +Y 2", {5, 3, 1, 4, 2, 0}}};
+  const Order orders[] = {{"-Y 2 +X 3", {0, 1, 2, 3, 4, 5}}, {"-Y 2 -X 3", {2, 1, 0, 5, 4, 3}},
+                          {"+Y 2 +X 3", {3, 4, 5, 0, 1, 2}}, {"+Y 2 -X 3", {5, 4, 3, 2, 1, 0}},
+                          {"+X 3 -Y 2", {0, 2, 4, 1, 3, 5}}, {"-X 3 -Y 2", {4, 2, 0, 5, 3, 1}},
+                          {"+X 3 +Y 2", {1, 3, 5, 0, 2, 4}}, {"-X 3 +Y 2", {5, 3, 1, 4, 2, 0}}};
   for (const Order& order : orders) {
     SCOPED_TRACE(order.resolution);
     const auto loaded =
@@ -322,8 +321,7 @@ TEST_F(ImageFile, radiance_has_primaries_and_pictures_in_xyz) {
   EXPECT_NEAR(rgb.image->texels()[0].x, 1.6605, 1e-3);  // red of Rec. 2020
   EXPECT_EQ(rgb.image->texels()[0].y, 0);
   EXPECT_NEAR(rgb.image->texels()[1].y, 1, 1e-5);
-  const auto xyz =
-      load(radiance_file("FORMAT=32-bit_rle_xyze\n", "-Y 1 +X 2", grey), "sky.hdr");
+  const auto xyz = load(radiance_file("FORMAT=32-bit_rle_xyze\n", "-Y 1 +X 2", grey), "sky.hdr");
   expect_color(xyz.image->texels()[1], 1, 1, 1, 1e-5f);  // X = Y = Z is white there
   EXPECT_NE(refusal(radiance_file("FORMAT=ascii\n", "-Y 1 +X 2", grey), "sky.hdr").find("ascii"),
             std::string::npos);
@@ -332,20 +330,20 @@ TEST_F(ImageFile, radiance_has_primaries_and_pictures_in_xyz) {
 TEST_F(ImageFile, radiance_packs_rows_in_two_ways) {
   // Of today: each byte of the pixels by itself. 8 pixels: red 0x80 and 0x40, half and half.
   std::string row("\2\2\0\x08", 4);
-  row += std::string("\x84\x80\x84\x40", 4);          // red: two runs of 4
-  row += std::string("\x88\x40", 2);                  // green: a run of 8
-  row += std::string("\x08\1\2\3\4\5\6\7\x08", 9);    // blue: 8 as they are
-  row += std::string("\x88\x81", 2);                  // exponent
+  row += std::string("\x84\x80\x84\x40", 4);        // red: two runs of 4
+  row += std::string("\x88\x40", 2);                // green: a run of 8
+  row += std::string("\x08\1\2\3\4\5\6\7\x08", 9);  // blue: 8 as they are
+  row += std::string("\x88\x81", 2);                // exponent
   const auto today = load(radiance_file("", "-Y 1 +X 8", row), "sky.hdr");
   for (std::size_t x = 0; x < 8; ++x)
     expect_color(today.image->texels()[x], x < 4 ? 1.0f : 0.5f, 0.5f,
                  static_cast<float>(x + 1) / 128);
   // Of old: a pixel 1, 1, 1, n repeats the last one n times.
-  const auto old = load(
-      radiance_file("", "-Y 1 +X 8",
-                    std::string("\x80\x80\x80\x81\1\1\1\5", 8) + std::string("\x40\x40\x40\x81", 4)
-                        + std::string("\1\1\1\1", 4)),
-      "sky.hdr");
+  const auto old =
+      load(radiance_file("", "-Y 1 +X 8",
+                         std::string("\x80\x80\x80\x81\1\1\1\5", 8)
+                             + std::string("\x40\x40\x40\x81", 4) + std::string("\1\1\1\1", 4)),
+           "sky.hdr");
   for (std::size_t x = 0; x < 8; ++x) EXPECT_EQ(old.image->texels()[x].x, x < 6 ? 1.0f : 0.5f);
   EXPECT_EQ(refusal(radiance_file("", "-Y 1 +X 8", row.substr(0, row.size() - 1)), "sky.hdr"),
             "damaged: its end is missing");
@@ -358,10 +356,9 @@ TEST_F(ImageFile, radiance_packs_rows_in_two_ways) {
 TEST_F(ImageFile, the_orientation_of_tiff_and_jpeg_is_honoured) {
   const std::vector<float> rgb{1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4, 5, 5, 5, 6, 6, 6};
   // TIFF 6.0: where the first row and the first column are.
-  const std::vector<std::vector<int>> upright{{1, 2, 3, 4, 5, 6}, {3, 2, 1, 6, 5, 4},
-                                              {6, 5, 4, 3, 2, 1}, {4, 5, 6, 1, 2, 3},
-                                              {1, 4, 2, 5, 3, 6}, {4, 1, 5, 2, 6, 3},
-                                              {6, 3, 5, 2, 4, 1}, {3, 6, 2, 5, 1, 4}};
+  const std::vector<std::vector<int>> upright{
+      {1, 2, 3, 4, 5, 6}, {3, 2, 1, 6, 5, 4}, {6, 5, 4, 3, 2, 1}, {4, 5, 6, 1, 2, 3},
+      {1, 4, 2, 5, 3, 6}, {4, 1, 5, 2, 6, 3}, {6, 3, 5, 2, 4, 1}, {3, 6, 2, 5, 1, 4}};
   for (int orientation : {1, 2, 3, 4, 5, 6, 7, 8}) {
     SCOPED_TRACE(orientation);
     const auto loaded = load(tiff_file(3, 2, rgb, orientation), "sky.tif");

@@ -130,11 +130,13 @@ TEST(VolumeFile, warns_of_strange_values_with_their_number) {
     SCOPED_TRACE(file);
     const LoadedVolume strange = load(file);
     ASSERT_GE(strange.warnings.size(), 3u);
-    EXPECT_EQ(strange.warnings[0],
-              "1 of 4139 active voxels are no numbers (NaN): taken as 0 (the first: index 0, 0, 0)");
-    EXPECT_EQ(strange.warnings[1],
-              "2 of 4139 active voxels are infinite or beyond 1e12: taken as 0.9, the largest of the "
-              "others (the first: index 1, 0, 0)");
+    EXPECT_EQ(
+        strange.warnings[0],
+        "1 of 4139 active voxels are no numbers (NaN): taken as 0 (the first: index 0, 0, 0)");
+    EXPECT_EQ(
+        strange.warnings[1],
+        "2 of 4139 active voxels are infinite or beyond 1e12: taken as 0.9, the largest of the "
+        "others (the first: index 1, 0, 0)");
     EXPECT_EQ(strange.warnings[2],
               "1 of 4139 active voxels are infinite or beyond -1e12: taken as -1e+06, the smallest "
               "of the others (the first: index 2, 0, 0)");
@@ -160,9 +162,10 @@ TEST(VolumeFile, warns_of_strange_values_with_their_number) {
   EXPECT_EQ(colors.warnings[1], "2 of 3 active voxels are negative, down to -2: taken as black");
   const LoadedVolume tile = load("huge_tile.vdb");
   ASSERT_EQ(tile.warnings.size(), 1u);
-  EXPECT_EQ(tile.warnings[0],
-            "512 of 512 active voxels are infinite or beyond 1e12: taken as 1e+12 (the first: index "
-            "0, 0, 0)");
+  EXPECT_EQ(
+      tile.warnings[0],
+      "512 of 512 active voxels are infinite or beyond 1e12: taken as 1e+12 (the first: index "
+      "0, 0, 0)");
   const LoadedVolume infinite = load("infinite_background.vdb");
   ASSERT_EQ(infinite.warnings.size(), 1u);
   EXPECT_EQ(infinite.volume->background(), 0.0f);

@@ -35,10 +35,10 @@ std::string header_of(const ExrPart& part, bool has_parts) {
                        + exr_attribute("screenWindowCenter", "v2f", raw(0.0f) + raw(0.0f))
                        + exr_attribute("screenWindowWidth", "float", raw(1.0f));
   if (has_parts)
-    header += exr_attribute("name", "string", part.name)
-              + exr_attribute("type", "string", "scanlineimage")
-              + exr_attribute("chunkCount", "int",
-                              raw(std::int32_t{part.data[3] - part.data[1] + 1}));
+    header +=
+        exr_attribute("name", "string", part.name)
+        + exr_attribute("type", "string", "scanlineimage")
+        + exr_attribute("chunkCount", "int", raw(std::int32_t{part.data[3] - part.data[1] + 1}));
   return header + part.attributes + '\0';
 }
 
@@ -62,8 +62,8 @@ std::string entry(int tag, int type, std::uint32_t count, std::uint32_t value) {
 std::vector<ExrChannel> exr_rgb(const std::string& layer, float red, float green, float blue) {
   std::vector<ExrChannel> channels;
   for (const auto& [name, value] : {std::pair("B", blue), {"G", green}, {"R", red}})
-    channels.push_back({(layer.empty() ? "" : layer + ".") + name,
-                        [v = value](int, int) { return v; }});
+    channels.push_back(
+        {(layer.empty() ? "" : layer + ".") + name, [v = value](int, int) { return v; }});
   return channels;
 }
 
@@ -89,7 +89,8 @@ std::string exr_file(const std::vector<ExrPart>& given) {
   for (const ExrPart& part : parts) file += header_of(part, has_parts);
   if (has_parts) file += '\0';
   std::size_t rows = 0;
-  for (const ExrPart& part : parts) rows += static_cast<std::size_t>(part.data[3] - part.data[1]) + 1;
+  for (const ExrPart& part : parts)
+    rows += static_cast<std::size_t>(part.data[3] - part.data[1]) + 1;
   std::uint64_t at = file.size() + 8 * rows;
   std::string offsets, chunks;
   for (std::size_t p = 0; p < parts.size(); ++p) {
@@ -129,14 +130,14 @@ std::string tiff_file(int width, int height, const std::vector<float>& rgb, int 
 
 std::string jpeg_file(int orientation) {
   constexpr std::string_view digits =
-    "ffd8ffdb0043001b12141714111b1716171e1c1b2028422b28252528513a3d3042605565645f555d5b6a7899"
-    "816a7190735b5d85b586909ea3abadab6780bcc9baa6c799a8aba4ffc0000b080008001001011100ffc4001f"
-    "0000010501010101010100000000000000000102030405060708090a0bffc400b51000020103030204030505"
-    "04040000017d01020300041105122131410613516107227114328191a1082342b1c11552d1f0243362728209"
-    "0a161718191a25262728292a3435363738393a434445464748494a535455565758595a636465666768696a73"
-    "7475767778797a838485868788898a92939495969798999aa2a3a4a5a6a7a8a9aab2b3b4b5b6b7b8b9bac2c3"
-    "c4c5c6c7c8c9cad2d3d4d5d6d7d8d9dae1e2e3e4e5e6e7e8e9eaf1f2f3f4f5f6f7f8f9faffda000801010000"
-    "3f003fe12eff00a71ffc8bff00d8d7335fffd9";
+      "ffd8ffdb0043001b12141714111b1716171e1c1b2028422b28252528513a3d3042605565645f555d5b6a7899"
+      "816a7190735b5d85b586909ea3abadab6780bcc9baa6c799a8aba4ffc0000b080008001001011100ffc4001f"
+      "0000010501010101010100000000000000000102030405060708090a0bffc400b51000020103030204030505"
+      "04040000017d01020300041105122131410613516107227114328191a1082342b1c11552d1f0243362728209"
+      "0a161718191a25262728292a3435363738393a434445464748494a535455565758595a636465666768696a73"
+      "7475767778797a838485868788898a92939495969798999aa2a3a4a5a6a7a8a9aab2b3b4b5b6b7b8b9bac2c3"
+      "c4c5c6c7c8c9cad2d3d4d5d6d7d8d9dae1e2e3e4e5e6e7e8e9eaf1f2f3f4f5f6f7f8f9faffda000801010000"
+      "3f003fe12eff00a71ffc8bff00d8d7335fffd9";
   std::string file;
   for (std::size_t i = 0; i < digits.size(); i += 2) {
     const auto value = [](char c) { return c <= '9' ? c - '0' : c - 'a' + 10; };

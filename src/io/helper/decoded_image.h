@@ -24,12 +24,12 @@ struct DecodedImage {
   /// Why it can be no sky although it is sound: then there are no pixels.
   std::string problem;
 
-  int width = 0, height = 0;              ///< of the stored pixels
-  int left = 0, top = 0;                  ///< their place in the whole
-  int whole_width = 0, whole_height = 0;  ///< 0: as large as the stored pixels
-  std::vector<float> rgb;                 ///< [height][width][3]
-  int orientation = 1;                    ///< TIFF's number: where the first row and column are
-  std::optional<Primaries> primaries;     ///< none: those of Rec. 709
+  int width = 0, height = 0;               ///< of the stored pixels
+  int left = 0, top = 0;                   ///< their place in the whole
+  int whole_width = 0, whole_height = 0;   ///< 0: as large as the stored pixels
+  std::vector<float> rgb;                  ///< [height][width][3]
+  int orientation = 1;                     ///< TIFF's number: where the first row and column are
+  std::optional<Primaries> primaries;      ///< none: those of Rec. 709
   std::array<double, 3> divisor{1, 1, 1};  ///< of the values, as Radiance's EXPOSURE
   /// 0: linear. 1: the sRGB curve. Else linear values are the stored ones to this power.
   double curve = 0;

@@ -34,8 +34,8 @@ struct Layer {
   enum class Kind { rgb, grey, luminance_chroma };
   Kind kind = Kind::rgb;
   int part = 0;
-  std::string part_name, name;     ///< `name`: what precedes its channels' names, without a dot
-  std::string channel[3] = {};     ///< red, green and blue
+  std::string part_name, name;  ///< `name`: what precedes its channels' names, without a dot
+  std::string channel[3] = {};  ///< red, green and blue
 
   /// "beauty", or "part 1 'rgba'".
   std::string shown(bool has_parts) const {
@@ -161,10 +161,10 @@ void read_channels(Imf::MultiPartInputFile& file, const Layer& layer, DecodedIma
   for (int c = 0; c < (is_grey ? 1 : 3); ++c) {
     const Imf::Channel* channel = part.header().channels().findChannel(layer.channel[c]);
     if (channel->xSampling != 1 || channel->ySampling != 1)
-      throw Failure{error_choice, fmt::format("channel {} holds only every {}th column and {}th "
-                                              "row",
-                                              layer.channel[c], channel->xSampling,
-                                              channel->ySampling)};
+      throw Failure{error_choice,
+                    fmt::format("channel {} holds only every {}th column and {}th "
+                                "row",
+                                layer.channel[c], channel->xSampling, channel->ySampling)};
     // OpenEXR wants the address of pixel (0, 0), which may lie outside: integers, for pointers may
     // not.
     const std::uintptr_t origin = reinterpret_cast<std::uintptr_t>(image.rgb.data() + c)
@@ -183,8 +183,9 @@ void read_channels(Imf::MultiPartInputFile& file, const Layer& layer, DecodedIma
 /// Luminance at every pixel, colour differences at every fourth: OpenEXR has filters for them.
 void read_luminance_chroma(bool has_parts, DecodedImage& image) {
   if (has_parts)
-    throw Failure{error_choice, "luminance and chroma (Y, RY, BY) are read only from a file of one "
-                                "part"};
+    throw Failure{error_choice,
+                  "luminance and chroma (Y, RY, BY) are read only from a file of one "
+                  "part"};
   Imf::RgbaInputFile file(input_path, 0);
   const Imath::Box2i& window = file.dataWindow();
   const auto width = static_cast<std::size_t>(image.width);
@@ -246,14 +247,15 @@ void honour(const Imf::Header& header, DecodedImage& image) {
   image.top = offset(data.min.y, whole.min.y);
   if (Imf::hasChromaticities(header)) {
     const Imf::Chromaticities& c = Imf::chromaticities(header);
-    image.primaries = Primaries{{double{c.red.x}, double{c.red.y}, double{c.green.x},
-                                 double{c.green.y}, double{c.blue.x}, double{c.blue.y},
-                                 double{c.white.x}, double{c.white.y}}};
+    image.primaries =
+        Primaries{{double{c.red.x}, double{c.red.y}, double{c.green.x}, double{c.green.y},
+                   double{c.blue.x}, double{c.blue.y}, double{c.white.x}, double{c.white.y}}};
   }
   if (Imf::hasWhiteLuminance(header))
-    image.warnings.push_back(fmt::format("its whiteLuminance of {:g} cd/m2 is not applied: values "
-                                         "count as radiance",
-                                         Imf::whiteLuminance(header)));
+    image.warnings.push_back(
+        fmt::format("its whiteLuminance of {:g} cd/m2 is not applied: values "
+                    "count as radiance",
+                    Imf::whiteLuminance(header)));
   if (Imf::hasAdoptedNeutral(header))
     image.warnings.push_back("its adoptedNeutral is not applied: white is that of its primaries");
 }

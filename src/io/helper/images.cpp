@@ -172,10 +172,10 @@ class Faults {
   void warn(std::vector<std::string>& warnings, const std::string& what) const {
     if (count_ == 0) return;
     const auto width = static_cast<std::size_t>(image_.width);
-    warnings.push_back(fmt::format("{} of its {} pixels {} (the first: column {}, row {} from the "
-                                   "top left)",
-                                   count_, image_.rgb.size() / 3, what, first_ % width,
-                                   first_ / width));
+    warnings.push_back(
+        fmt::format("{} of its {} pixels {} (the first: column {}, row {} from the "
+                    "top left)",
+                    count_, image_.rgb.size() / 3, what, first_ % width, first_ / width));
   }
 
  private:
@@ -300,9 +300,9 @@ void convert(DecodedImage& image) {
   if (is_rec709) return;
   const Matrix m = to_rec709(*image.primaries);
   for (std::size_t i = 0; i < image.rgb.size(); i += 3) {
-    const std::array<double, 3> c = applied(m, {static_cast<double>(image.rgb[i]),
-                                                static_cast<double>(image.rgb[i + 1]),
-                                                static_cast<double>(image.rgb[i + 2])});
+    const std::array<double, 3> c =
+        applied(m, {static_cast<double>(image.rgb[i]), static_cast<double>(image.rgb[i + 1]),
+                    static_cast<double>(image.rgb[i + 2])});
     for (std::size_t k = 0; k < 3; ++k) image.rgb[i + k] = static_cast<float>(c[k]);
   }
 }

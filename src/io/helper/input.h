@@ -17,8 +17,7 @@ struct Failure {
   Json grids = {};
 };
 
-inline constexpr const char* too_much_memory =
-    "it asks for more memory than there is for it";
+inline constexpr const char* too_much_memory = "it asks for more memory than there is for it";
 
 [[noreturn]] void damaged(const std::string& message);
 

@@ -97,8 +97,8 @@ Json describe(const openvdb::GridBase& grid, const std::string& unique_name) {
   return d;
 }
 
-/// \return "negative", the number of active voxels that are so, and "most", the largest magnitude of
-/// a value: of those up to 1e12, as Volume mends what is beyond (tyndall/render/volume.h).
+/// \return "negative", the number of active voxels that are so, and "most", the largest magnitude
+/// of a value: of those up to 1e12, as Volume mends what is beyond (tyndall/render/volume.h).
 template <class Grid>
 Json examine(Grid& grid) {
   using Value = typename Grid::ValueType;

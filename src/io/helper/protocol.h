@@ -5,8 +5,8 @@
 ///   tyndall-vdb COMMAND MEMORY SECONDS [ARGUMENT...]
 ///
 /// MEMORY [byte] and SECONDS of processor time are its limits. Standard input is the file, standard
-/// output gets one JSON object. File descriptor `memory_descriptor` is an empty memory file for what is
-/// read. Commands:
+/// output gets one JSON object. File descriptor `memory_descriptor` is an empty memory file for
+/// what is read. Commands:
 ///
 ///   image                     an image of the sky
 ///   list                      what grids the file has

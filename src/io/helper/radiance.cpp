@@ -185,9 +185,10 @@ DecodedImage decode_radiance() {
       std::copy(xy.begin(), xy.end(), primaries.xy.begin());
       if (!image.primaries) image.primaries = primaries;
     } else if (key == "GAMMA" && numbers(key, value, 1)[0] != 1) {
-      image.warnings.push_back(fmt::format("its GAMMA of {} is not applied: Radiance's pictures "
-                                           "are linear",
-                                           value.substr(0, 20)));
+      image.warnings.push_back(
+          fmt::format("its GAMMA of {} is not applied: Radiance's pictures "
+                      "are linear",
+                      value.substr(0, 20)));
     }
   }
   if (is_exposed) image.told["exposure"] = exposure;

@@ -22,9 +22,10 @@ std::string format_of(const char* path) {
   const struct {
     std::string_view begins;
     const char* format;
-  } formats[] = {{"\x89PNG", "png"},      {"\xff\xd8\xff", "jpeg"}, {{"II*\0", 4}, "tiff"},
-                 {{"MM\0*", 4}, "tiff"},  {{"II+\0", 4}, "tiff"},   {{"MM\0+", 4}, "tiff"},
-                 {"PF", "pnm"},           {"Pf", "pnm"}};
+  } formats[] = {{"\x89PNG", "png"},     {"\xff\xd8\xff", "jpeg"},
+                 {{"II*\0", 4}, "tiff"}, {{"MM\0*", 4}, "tiff"},
+                 {{"II+\0", 4}, "tiff"}, {{"MM\0+", 4}, "tiff"},
+                 {"PF", "pnm"},          {"Pf", "pnm"}};
   for (const auto& [begins, format] : formats)
     if (head.compare(0, begins.size(), begins) == 0) return format;
   return "";
