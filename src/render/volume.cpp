@@ -47,7 +47,7 @@ void hash_value(Hasher& hash, const nanovdb::Vec3f& v) {
   for (int c = 0; c < 3; ++c) hash_value(hash, v[c]);
 }
 
-constexpr float most = static_cast<float>(limits::density.high);
+constexpr float largest_value = static_cast<float>(limits::density.high);
 
 /// Calls f(channel) for each.
 template <class F>
@@ -60,7 +60,7 @@ void for_channels(nanovdb::Vec3f& v, const F& f) {
 }
 
 /// Comparisons that NaN fails.
-bool is_value(float v) { return v >= -most && v <= most; }
+bool is_value(float v) { return v >= -largest_value && v <= largest_value; }
 bool is_value(const nanovdb::Vec3f& v) {
   return is_value(v[0]) && is_value(v[1]) && is_value(v[2]);
 }
@@ -68,7 +68,7 @@ bool is_value(const nanovdb::Vec3f& v) {
 void require_value(float v) {
   if (!is_value(v))
     throw DamagedVolume(
-        fmt::format("a value is no number (NaN), infinite or beyond {:g}", double{most}));
+        fmt::format("a value is no number (NaN), infinite or beyond {:g}", double{largest_value}));
 }
 
 /// Collects what strange values are made of, then makes it of them.
@@ -84,8 +84,8 @@ class Mender {
     });
   }
   void end_seeing() {
-    mended_.largest = range_.low <= range_.high ? range_.high : most;
-    mended_.smallest = range_.low <= range_.high ? range_.low : -most;
+    mended_.largest = range_.low <= range_.high ? range_.high : largest_value;
+    mended_.smallest = range_.low <= range_.high ? range_.low : -largest_value;
   }
   /// Then, of all values. \param voxels that it stands for, 0 where it is not active \param at the
   /// first of them
@@ -95,8 +95,8 @@ class Mender {
     for_channels(v, [&](float& x) {
       if (is_value(x)) return;
       is_nan = is_nan || x != x;
-      is_above = is_above || x > most;
-      is_below = is_below || x < -most;
+      is_above = is_above || x > largest_value;
+      is_below = is_below || x < -largest_value;
       x = x != x || voxels == 0 ? 0.0f : x > 0 ? mended_.largest : mended_.smallest;
     });
     if (is_nan) count(mended_.not_numbers, voxels, at);

@@ -95,7 +95,7 @@ std::vector<Layer> layers_of(const Imf::Header& header, int part) {
       found.push_back(layer);
   if (!found.empty()) return found;
 
-  const auto has = [&](const char* name) {
+  const auto has = [&](const std::string& name) {
     return std::find(channels.begin(), channels.end(), name) != channels.end();
   };
   Layer layer;
@@ -106,7 +106,7 @@ std::vector<Layer> layers_of(const Imf::Header& header, int part) {
     return {layer};
   }
   layer.kind = Layer::Kind::grey;
-  for (const char* grey : {"Y", "L"}) {
+  for (const std::string& grey : {std::string("Y"), std::string("L")}) {
     if (!has(grey) || has("X")) continue;  // X, Y, Z are places, or something else
     for (std::string& c : layer.channel) c = grey;
     return {layer};
@@ -235,7 +235,7 @@ void honour(const Imf::Header& header, DecodedImage& image) {
   const auto size = [](int low, int high) { return static_cast<long long>(high) - low + 1; };
   const Imath::Box2i &data = header.dataWindow(), &whole = header.displayWindow();
   const long long width = size(whole.min.x, whole.max.x), height = size(whole.min.y, whole.max.y);
-  constexpr long long most = 1 << 28;
+  static constexpr long long most = 1 << 28;
   if (width > most || height > most || width * height > most)
     damaged(fmt::format("its display window has {} x {} pixels", width, height));
   image.whole_width = static_cast<int>(width);
