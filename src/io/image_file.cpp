@@ -43,7 +43,7 @@ std::shared_ptr<const Image> adopt(const std::string& path, const Descriptor& me
 }  // namespace
 
 LoadedImage read_image_file(const std::string& path) {
-#if !TYNDALL_HELPER
+#if !TYNDALL_READS_IMAGES
   fail(path, "this build reads no images: it was made without OpenEXR and OpenImageIO");
 #endif
   const Descriptor file = open_input(path), memory = memory_file();

@@ -22,6 +22,7 @@
 #include <fmt/format.h>
 
 #include "io/helper/protocol.h"
+#include "render/startable_threads.h"
 #include "tyndall/render/error.h"
 
 namespace tyndall::io {
@@ -51,7 +52,7 @@ fs::path own_folder() {
 
 /// Beside the program (or library), in the folder above it (the tests of a build), or where an
 /// installation puts it.
-std::string helper_program() {
+std::string helper_program(const char* name) {
   const fs::path bin = own_folder();
   std::vector<fs::path> folders{bin, bin.parent_path()};
 #ifdef TYNDALL_HELPER_DIR
@@ -59,14 +60,15 @@ std::string helper_program() {
 #endif
   std::string looked;
   for (const fs::path& folder : folders) {
-    if (::access((folder / helper_name).c_str(), X_OK) == 0) return folder / helper_name;
+    if (::access((folder / name).c_str(), X_OK) == 0) return folder / name;
     looked += (looked.empty() ? "" : ", ") + folder.string();
   }
   throw Error(
       ExitCode::input_missing,
-      fmt::format("{}, which reads volumes and images, was not found in {}: build Tyndall with "
-                  "OpenVDB and OpenEXR (`scripts/setup` installs them), or install it anew",
-                  helper_name, looked));
+      fmt::format("{}, which reads {}, was not found in {}: build Tyndall with {} (`scripts/setup` "
+                  "installs it), or install it anew",
+                  name, name == image_helper ? "images" : "volumes", looked,
+                  name == image_helper ? "OpenEXR" : "OpenVDB"));
 }
 
 /// What the child may take: far more than any sound file of this size needs, also where others keep
@@ -133,7 +135,7 @@ Descriptor out_of_the_way(Descriptor d) {
 
 pid_t spawn(const std::string& path, const std::vector<std::string>& words, int file, int report,
             int memory) {
-  const std::string program = helper_program();
+  const std::string program = helper_program(words[0] == "image" ? image_helper : volume_helper);
   std::vector<char*> arguments{const_cast<char*>(program.c_str())};
   for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
   arguments.push_back(nullptr);
@@ -256,6 +258,11 @@ Json call_helper(const std::string& path, const Descriptor& file, const Descript
   const std::string shortage = helper_shortage(size);
   const auto refuse = [&](const std::string& why) {
     if (!shortage.empty()) fail_for_memory(path, fmt::format("not read: {}", shortage));
+    constexpr int of_helper = 8;  // threads: libraries start some of their own
+    if (startable_threads(of_helper) < of_helper)
+      fail_for_memory(path,
+                      "not read: the system starts too few threads: raise the limit of "
+                      "processes (ulimit -u)");
     fail(path, why);
   };
   std::string text;

@@ -858,10 +858,13 @@ bool related(std::string_view a, std::string_view b) {
   for (std::size_t i = 0; i < std::min(most, errors.size()); ++i)
     lines += fmt::format("{}{}", i == 0 ? "" : "\n", errors[i].text());
   if (errors.size() > most) lines += fmt::format("\n... and {} more", errors.size() - most);
-  const bool only_files = std::all_of(errors.begin(), errors.end(), [](const Finding& error) {
-    return error.code == ExitCode::input_missing;
-  });
-  throw Error(only_files ? ExitCode::input_missing : ExitCode::scene_invalid, lines);
+  // What is wrong with the scene comes first; then what the machine lacks, before what files do.
+  ExitCode code = errors[0].code;
+  for (const Finding& error : errors) {
+    if (error.code == ExitCode::scene_invalid) throw Error(error.code, lines);
+    code = std::max(code, error.code);
+  }
+  throw Error(code, lines);
 }
 
 /// Where all fields are volumes, which end where their voxels do: the box that holds them.

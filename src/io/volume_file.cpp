@@ -223,7 +223,7 @@ std::string encode_grids(const std::string& path, bool nano, const std::vector<G
 
   const auto fail_writing = [&](const std::string& why) {
     throw Error(ExitCode::output_failed,
-                fmt::format("{}: {} could not write it: {}", path, helper_name, why));
+                fmt::format("{}: {} could not write it: {}", path, volume_helper, why));
   };
   Json report;
   try {

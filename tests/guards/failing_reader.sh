@@ -12,8 +12,10 @@ failed=0
 expect_of() {
   local file=$scratch/$1
   echo "what it says does not matter" >"$file"
-  printf '#!/bin/sh\n%s\n' "$4" >"$scratch/tyndall-vdb"
-  chmod +x "$scratch/tyndall-vdb"
+  for reader in tyndall-vdb tyndall-image; do
+    printf '#!/bin/sh\n%s\n' "$4" >"$scratch/$reader"
+    chmod +x "$scratch/$reader"
+  done
   local start=$SECONDS code=0 message
   message=$("$scratch/tyndall" info "$file" 2>&1) || code=$?
   if ((code != $2 || SECONDS - start > 12)) || [[ $message != *"$file: "*"$3"* ]]; then

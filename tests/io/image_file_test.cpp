@@ -23,7 +23,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace test;
 
-#if TYNDALL_OPENEXR || TYNDALL_OPENIMAGEIO || TYNDALL_OPENVDB  // there is a helper
+#if TYNDALL_OPENEXR || TYNDALL_OPENIMAGEIO  // there is a helper
 
 constexpr float infinity = std::numeric_limits<float>::infinity(),
                 nan = std::numeric_limits<float>::quiet_NaN();

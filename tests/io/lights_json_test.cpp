@@ -161,7 +161,7 @@ TEST_F(LightsJson, every_value_is_in_the_hash) {
 
 // ---- Images
 
-#if TYNDALL_OPENEXR || TYNDALL_OPENIMAGEIO || TYNDALL_OPENVDB  // there is a helper
+#if TYNDALL_OPENEXR || TYNDALL_OPENIMAGEIO  // there is a helper
 
 constexpr const char* sky = R"({"type": "environment", "image": "sky.hdr", "rotation": 90})";
 

@@ -1,4 +1,4 @@
-// tyndall-vdb: see io/helper/protocol.h.
+// tyndall-image and tyndall-vdb: see io/helper/protocol.h.
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -16,10 +16,11 @@
 
 #include <fmt/format.h>
 
-#include "io/helper/images.h"
 #include "io/helper/input.h"
 #include "io/helper/protocol.h"
-#if TYNDALL_OPENVDB
+#if TYNDALL_READS_IMAGES
+#include "io/helper/images.h"
+#else
 #include <tbb/global_control.h>
 
 #include "io/helper/nanovdb_grids.h"
@@ -62,7 +63,12 @@ void operator delete[](void* p, std::size_t) noexcept { std::free(p); }
 namespace tyndall::io {
 namespace {
 
-#if TYNDALL_OPENVDB
+#if TYNDALL_READS_IMAGES
+
+Json run(const std::vector<std::string>&) { return read_image(); }
+
+#else
+
 /// \return the index of the grid that is asked for. The unique name "density[1]" wins over the
 /// plain one.
 std::size_t choose(const Json& grids, const std::string& fallback, const std::string* wanted) {
@@ -140,8 +146,7 @@ Json read_grids(File&& file, const std::vector<std::string>& words) {
   return report;
 }
 
-/// Of a grid, or a mesh.
-Json run_on_grids(const std::vector<std::string>& words) {
+Json run(const std::vector<std::string>& words) {
   // oneTBB hangs or aborts where it cannot start a thread.
   const tbb::global_control few(tbb::global_control::max_allowed_parallelism,
                                 static_cast<std::size_t>(startable_threads(8)));
@@ -152,15 +157,6 @@ Json run_on_grids(const std::vector<std::string>& words) {
   return nano ? read_grids(NanoFile(), words) : read_grids(VdbFile(), words);
 }
 #endif
-
-Json run(const std::vector<std::string>& words) {
-  if (words[0] == "image") return read_image();
-#if TYNDALL_OPENVDB
-  return run_on_grids(words);
-#else
-  throw Failure{error_format, "this build reads no volumes: it was made without OpenVDB"};
-#endif
-}
 
 void limit(std::uint64_t memory, std::uint64_t seconds) {
   const auto set = [](int what, std::uint64_t value) {
@@ -204,7 +200,7 @@ int main(int argc, char** argv) {
   using namespace tyndall::io;
   const std::vector<std::string> words(argv + 1, argv + argc);
   if (words.size() < 3) {
-    ::dprintf(STDERR_FILENO, "%s: a part of Tyndall, for its own use\n", helper_name);
+    ::dprintf(STDERR_FILENO, "%s: a part of Tyndall, for its own use\n", argv[0]);
     return 2;
   }
   limit(std::strtoull(words[1].c_str(), nullptr, 10), std::strtoull(words[2].c_str(), nullptr, 10));

@@ -1,14 +1,14 @@
 /// \file
-/// What crosses the border between Tyndall and its helper, tyndall-vdb, which reads volumes and
-/// images that may be damaged and may die of them, and writes grids.
+/// What crosses the border between Tyndall and its helpers, which read files that may be damaged
+/// and may die of them: tyndall-vdb reads and writes volumes, tyndall-image reads images.
 ///
-///   tyndall-vdb COMMAND MEMORY SECONDS [ARGUMENT...]
+///   HELPER COMMAND MEMORY SECONDS [ARGUMENT...]
 ///
 /// MEMORY [byte] and SECONDS of processor time are its limits. Standard input is the file, standard
 /// output gets one JSON object. File descriptor `memory_descriptor` is an empty memory file for
 /// what is read. Commands:
 ///
-///   image                     an image of the sky
+///   image                     an image of the sky, by tyndall-image
 ///   list                      what grids the file has
 ///   load DEFAULT [GRID]       the grid named GRID, or the one named DEFAULT
 ///   mesh VOXELS               the body within a mesh (.obj), VOXELS along its longest side
@@ -41,7 +41,8 @@ namespace tyndall::io {
 inline constexpr int memory_descriptor = 3;
 /// Larger numbers are cut, where floats have 16 bits.
 inline constexpr float largest_half = 65504.0f;
-inline constexpr const char* helper_name = "tyndall-vdb";
+inline constexpr const char* volume_helper = "tyndall-vdb";
+inline constexpr const char* image_helper = "tyndall-image";
 
 // Values of "error".
 inline constexpr const char* error_damaged = "damaged";

@@ -1,5 +1,5 @@
 /// \file
-/// What crosses the border between the helper (io/helper/protocol.h) and the module
+/// What crosses the border between tyndall-image (io/helper/protocol.h) and the module
 /// tyndall_oiio.so: plain C.
 #pragma once
 
