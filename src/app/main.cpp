@@ -1,6 +1,5 @@
 // The command line: arguments in, exit code out (tyndall/render/error.h).
 #include <malloc.h>
-#include <sys/resource.h>
 
 #include <charconv>
 #include <cmath>
@@ -32,6 +31,7 @@
 #include "io/convert.h"
 #include "io/info.h"
 #include "io/scene_json.h"
+#include "render/startable_threads.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
@@ -437,9 +437,7 @@ int run(int argc, char** argv) {
 
 /// Where there is little, each thread does not reserve 64 MB of it for its allocations.
 void save_address_space() {
-  struct rlimit limit {};
-  if (::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY)
-    ::mallopt(M_ARENA_MAX, 1);
+  if (is_memory_limited()) ::mallopt(M_ARENA_MAX, 1);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <exception>
 #include <map>
 #include <memory>
@@ -28,8 +29,27 @@ int thread_count(int threads) {
 
 namespace {
 
+using Control = oneapi::tbb::global_control;
+
 struct Arena {
   explicit Arena(int startable) : threads(startable), arena(startable) {}
+
+  /// Has the workers start, which stay: later there may be no memory for them.
+  void start_all() {
+    const Control allowed(Control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(200);
+    std::atomic<int> arrived = 0;
+    arena.execute([&] {
+      oneapi::tbb::parallel_for(
+          oneapi::tbb::blocked_range<int>(0, threads, 1),
+          [&](const oneapi::tbb::blocked_range<int>&) {
+            ++arrived;
+            while (arrived < threads && std::chrono::steady_clock::now() < deadline)
+              std::this_thread::yield();
+          },
+          oneapi::tbb::simple_partitioner{});
+    });
+  }
 
   const int threads;  ///< that the system let start
   oneapi::tbb::task_arena arena;
@@ -41,7 +61,10 @@ Arena& arena_of(int threads) {
   static std::map<int, std::unique_ptr<Arena>> arenas;
   const std::lock_guard lock(mutex);
   std::unique_ptr<Arena>& arena = arenas[threads];
-  if (!arena) arena = std::make_unique<Arena>(startable_threads(threads));
+  if (!arena) {
+    arena = std::make_unique<Arena>(startable_threads(threads));
+    if (arena->threads > 1 && is_memory_limited()) arena->start_all();
+  }
   return *arena;
 }
 
@@ -53,7 +76,6 @@ void parallel_for(std::uint64_t begin, std::uint64_t end, std::uint64_t grain, i
   using Chunk = oneapi::tbb::blocked_range<std::uint64_t>;
   Arena& arena = arena_of(thread_count(threads));
   // Left alone, TBB runs no more threads than the machine has, and prints a warning if asked to.
-  using Control = oneapi::tbb::global_control;
   const int most = arena.threads < thread_count(threads)
                        ? arena.threads
                        : std::max(thread_count(threads), thread_count(0));

@@ -3,7 +3,11 @@
 /// that is found out before.
 #pragma once
 
+#include <sys/mman.h>
+#include <sys/resource.h>
+
 #include <condition_variable>
+#include <cstddef>
 #include <exception>
 #include <mutex>
 #include <thread>
@@ -11,8 +15,22 @@
 
 namespace tyndall {
 
-/// \return how many threads this process can run now, the calling one among them: 1 to `wanted`.
+/// \return whether this process may use only so much address space.
+inline bool is_memory_limited() {
+  struct rlimit limit {};
+  return ::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+}
+
+/// \return `wanted` where the system lets this process run so many threads now and some memory is
+/// left then, else 1: so near to a limit, how many start later is a matter of luck.
 inline int startable_threads(int wanted) {
+  if (wanted <= 1) return 1;
+  constexpr std::size_t reserve = std::size_t{32} << 20;  // [byte]
+  void* held = nullptr;
+  if (is_memory_limited()) {
+    held = ::mmap(nullptr, reserve, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (held == MAP_FAILED) return 1;
+  }
   std::mutex mutex;
   std::condition_variable changed;
   bool is_over = false;
@@ -26,13 +44,15 @@ inline int startable_threads(int wanted) {
       });
   } catch (const std::exception&) {  // no more, or no memory for it
   }
-  const int started = static_cast<int>(threads.size()) + 1;
+  const bool have_all = static_cast<int>(threads.size()) + 1 == wanted;
   {
     const std::lock_guard lock(mutex);
     is_over = true;
   }
   changed.notify_all();
-  return started;
+  threads.clear();
+  if (held != nullptr) ::munmap(held, reserve);
+  return have_all ? wanted : 1;
 }
 
 }  // namespace tyndall
