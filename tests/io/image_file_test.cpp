@@ -245,10 +245,10 @@ TEST_F(ImageFile, info_shows_what_an_image_says) {
   depth.channels = {{"Z", [](int, int) { return 1000.0f; }}};
   rgba.name = "rgba";
   rgba.data = {4, 2, 11, 5};
-  rgba.attributes =
-      exr_attribute("envmap", "envmap", std::string(1, '\0'))
-      + exr_attribute("chromaticities", "chromaticities",
-                      bytes_of({0.708f, 0.292f, 0.170f, 0.797f, 0.131f, 0.046f, 0.3127f, 0.3290f}));
+  depth.attributes = exr_attribute(  // which all parts share
+      "chromaticities", "chromaticities",
+      bytes_of({0.708f, 0.292f, 0.170f, 0.797f, 0.131f, 0.046f, 0.3127f, 0.3290f}));
+  rgba.attributes = depth.attributes + exr_attribute("envmap", "envmap", std::string(1, '\0'));
   const Json told = Json::parse(info(put(exr_file({depth, rgba})), true).text);
   EXPECT_EQ(told["size"], Json({16, 8}));
   EXPECT_EQ(told["format"], "exr");
