@@ -2,6 +2,7 @@
 
 #include <exception>
 #include <new>
+#include <system_error>
 
 #include <fmt/format.h>
 
@@ -35,6 +36,12 @@ int tell_failure(std::string_view who) {
   } catch (const std::bad_alloc&) {
     return fail(who, ExitCode::out_of_memory,
                 "out of memory; lower camera.resolution or the resolutions of the grids");
+  } catch (const std::system_error& error) {
+    if (error.code() != std::errc::resource_unavailable_try_again)
+      return fail(who, ExitCode::internal, fmt::format("internal error: {}", error.what()));
+    return fail(who, ExitCode::out_of_memory,
+                "the system starts no more threads: raise its limit of processes (ulimit -u) or of "
+                "memory (ulimit -v)");
   } catch (const std::exception& error) {
     return fail(who, ExitCode::internal, fmt::format("internal error: {}", error.what()));
   }

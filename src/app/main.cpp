@@ -1,4 +1,6 @@
 // The command line: arguments in, exit code out (tyndall/render/error.h).
+#include <malloc.h>
+
 #include <charconv>
 #include <cmath>
 #include <csignal>
@@ -24,10 +26,12 @@
 #include "app/outputs.h"
 #include "app/ranks.h"
 #include "app/render_command.h"
+#include "app/signals.h"
 #include "io/bake_file.h"
 #include "io/convert.h"
 #include "io/info.h"
 #include "io/scene_json.h"
+#include "render/startable_threads.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/prepare.h"
@@ -355,10 +359,10 @@ int run(int argc, char** argv) {
   add_scene(*validate, arguments.scene, arguments.overrides);
   add_frames(*validate, arguments.frames, "The scenes of a sequence, each with its volumes");
   CLI::App* info =
-      app.add_subcommand("info", "Tells what is in a volume, mesh, scene, picture or part");
+      app.add_subcommand("info", "Tells what is in a volume, mesh, scene, image or part");
   std::string described;
   bool as_json = false;
-  info->add_option("FILE", described, ".vdb, .nvdb, .obj, .json, .exr or .tyn")
+  info->add_option("FILE", described, ".vdb, .nvdb, .obj, .json, .tyn or an image")
       ->required()
       ->type_name("");
   info->add_flag("--json", as_json, "The same as JSON");
@@ -446,16 +450,25 @@ int run(int argc, char** argv) {
   return 0;
 }
 
+/// Where there is little, each thread does not reserve 64 MB of it for its allocations.
+void save_address_space() {
+  if (is_memory_limited()) ::mallopt(M_ARENA_MAX, 1);
+}
+
 }  // namespace
 }  // namespace tyndall::app
 
 int main(int argc, char** argv) {
   using namespace tyndall;
+  int code = 0;
   try {
     app::reserve_standard_streams();
     std::signal(SIGUSR1, SIG_IGN);  // a render takes it once it has begun, see expect_requests()
-    return app::run(argc, argv);
+    std::signal(SIGXFSZ, SIG_IGN);  // a file that grows beyond its limit is an error of writing
+    app::save_address_space();
+    code = app::run(argc, argv);
   } catch (...) {
-    return app::tell_failure();
+    code = app::tell_failure();
   }
+  return app::end_catching(code);
 }

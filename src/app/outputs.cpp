@@ -17,7 +17,7 @@
 #if TYNDALL_OPENEXR
 #include "io/exr.h"
 #endif
-#if TYNDALL_OPENIMAGEIO
+#if TYNDALL_ZLIB
 #include "io/png.h"
 #endif
 #if TYNDALL_ZSTD
@@ -45,11 +45,11 @@ const Format formats[] = {
        };
      }},
 #endif
-#if TYNDALL_OPENIMAGEIO
+#if TYNDALL_ZLIB
     {".png",
      []() -> Writer {
-       return [png = io::PngEncoder()](const io::Run& run, io::OutputFile& file) {
-         file.write(png.encode(run.result.picture, run.result.frame.exposure));
+       return [](const io::Run& run, io::OutputFile& file) {
+         file.write(io::encode_png(run.result.picture, run.result.frame.exposure));
        };
      }},
 #endif

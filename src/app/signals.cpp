@@ -28,7 +28,8 @@ itimerspec as_long{};
 extern "C" void on_signal(int signal) {
   if (caught != 0 || leaving != 0) leave(signal);
   caught = signal;
-  if (resting == 0) ::timer_settime(patience, 0, &as_long, nullptr);
+  if (resting == 0 && ::timer_settime(patience, 0, &as_long, nullptr) != 0)
+    ::alarm(1);  // the system gave no timer
 }
 
 extern "C" void on_timeout(int) {
@@ -81,6 +82,15 @@ void ignore_signals() {
 }
 
 void leave_on_signal() noexcept { leaving = 1; }
+
+int end_catching(int code) noexcept {
+  for (int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    struct sigaction action {};
+    ::sigaction(signal, nullptr, &action);
+    if (action.sa_handler == on_signal) std::signal(signal, SIG_DFL);
+  }
+  return code == 0 && caught != 0 ? 128 + caught : code;
+}
 
 int caught_signal() noexcept { return caught; }
 

@@ -25,6 +25,10 @@ void expect_requests();
 /// \return whether SIGUSR1 has come since the last call.
 bool take_request_for_picture() noexcept;
 
+/// From here on the signals end the program as if it had never caught them: what it does last could
+/// hang. \return `code`, or that of a signal which was noted where all went well in spite of it.
+int end_catching(int code) noexcept;
+
 /// \return number of the signal that was noted, 0 for none.
 int caught_signal() noexcept;
 

@@ -2,16 +2,15 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <new>
 #include <numbers>
 
 #include <fmt/format.h>
-#include <zlib.h>
 #include <glm/trigonometric.hpp>
 
 #include "io/bake_parts.h"
 #include "io/embedded.h"
 #include "io/json_text.h"
+#include "io/pack.h"
 #include "render/camera.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/image.h"
@@ -22,22 +21,6 @@ namespace {
 
 constexpr int usual_voxels = 128;
 constexpr int most_lights = 6;
-
-std::string gzip(const std::string& bytes) {
-  z_stream stream{};
-  if (deflateInit2(&stream, Z_BEST_COMPRESSION, Z_DEFLATED, 15 + 16, 9, Z_DEFAULT_STRATEGY) != Z_OK)
-    throw std::bad_alloc();
-  std::string packed(deflateBound(&stream, bytes.size()), '\0');
-  stream.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(bytes.data()));
-  stream.avail_in = static_cast<uInt>(bytes.size());
-  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
-  stream.avail_out = static_cast<uInt>(packed.size());
-  const int result = deflate(&stream, Z_FINISH);
-  packed.resize(stream.total_out);
-  deflateEnd(&stream);
-  if (result != Z_STREAM_END) throw Error(ExitCode::internal, "zlib did not pack the page's data");
-  return packed;
-}
 
 std::string base64(const std::string& bytes) {
   constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -148,7 +131,10 @@ Json packed_light(const std::string& name, const std::vector<Vec3f>& light, int 
     for (const float x : {c.x, c.y, c.z}) rgbm += byte(std::lround(255 * double{x} / unit));
     rgbm += byte(most > 0 ? m : 0.0);
   }
-  return {{"name", name}, {"scale", brightest}, {"step", step}, {"data", base64(gzip(rgbm))}};
+  return {{"name", name},
+          {"scale", brightest},
+          {"step", step},
+          {"data", base64(pack(rgbm, Packing::gzip))}};
 }
 
 /// Over all directions: rows near the poles are narrow.
@@ -226,7 +212,7 @@ std::string bake_page(const Bake& bake, const BakeOptions& options) {
             {"box_min", vector(density.low)},
             {"box_max", vector(density.high)},
             {"extinction_max", most},
-            {"density", base64(gzip(bytes))},
+            {"density", base64(pack(bytes, Packing::gzip))},
             {"albedo", {1, 1, 1}},  // the light has it
             {"lights", Json::array()},
             {"background", vector(background(scene))},

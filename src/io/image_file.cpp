@@ -1,72 +1,71 @@
 #include "io/image_file.h"
 
-#include <algorithm>
-#include <array>
+#include <unistd.h>
+
 #include <cstddef>
-#include <filesystem>
-#include <system_error>
+#include <cstdint>
 #include <utility>
-#include <vector>
 
 #include <fmt/format.h>
 
-#include "io/exr_header.h"
-#include "io/module.h"
-#include "io/plugin/oiio.h"
-#include "tyndall/base/math.h"
+#include "io/helper/protocol.h"
+#include "io/reader_process.h"
 #include "tyndall/render/error.h"
 
 namespace tyndall::io {
 namespace {
 
-#if TYNDALL_OPENIMAGEIO
-constexpr bool has_reader = true;
-#else
-constexpr bool has_reader = false;
-#endif
+[[noreturn]] void fail(const std::string& path, const std::string& why) {
+  throw Error(ExitCode::input_missing, fmt::format("{}: {}", path, why));
+}
 
-struct Pixels {
-  int width = 0, height = 0;
-  std::vector<Vec3f> texels;
-};
-
-/// The sRGB curve backwards.
-float linear(float value) {
-  return value <= 0.04045f ? value / 12.92f : power((value + 0.055f) / 1.055f, 2.4f);
+/// What the helper left in the memory file.
+std::shared_ptr<const Image> adopt(const std::string& path, const Descriptor& memory,
+                                   const Json& image) {
+  const int width = image.value("width", 0), height = image.value("height", 0);
+  const auto texels = static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
+  static_assert(sizeof(Vec3f) == 3 * sizeof(float));
+  const std::uint64_t size = texels * sizeof(Vec3f);
+  if (width < 1 || height < 1 || memory.size() != size)
+    fail(path, "damaged: no image came back from it");
+  std::vector<Vec3f> values(texels);
+  for (std::uint64_t done = 0; done < size;) {
+    const ssize_t n = ::pread(memory.number(), reinterpret_cast<char*>(values.data()) + done,
+                              size - done, static_cast<off_t>(done));
+    if (n <= 0) fail(path, "damaged: the image that came back from it cannot be read");
+    done += static_cast<std::uint64_t>(n);
+  }
+  if (image.value("checksum", "") != checksum(values.data(), size))
+    fail(path, "damaged: the image that came back from it is not the one that was sent");
+  return std::make_shared<const Image>(width, height, std::move(values));
 }
 
 }  // namespace
 
-std::shared_ptr<const Image> load_image(const std::string& path) {
-  const auto fail = [&](const std::string& reason) {
-    throw Error(ExitCode::input_missing, fmt::format("{}: {}", path, reason));
-  };
-  std::error_code error;
-  if (!std::filesystem::exists(path, error)) fail(error ? error.message() : "no such file");
-  if (!has_reader) fail("this build reads no images: it was made without OpenImageIO");
-  std::string problem = exr_header_problem(path);
-  if (!problem.empty()) fail(problem);
-  const auto read = reinterpret_cast<TyndallReadImage*>(
-      module_function("tyndall_oiio.so", "tyndall_read_image_1", problem));
-  if (read == nullptr) fail("images cannot be read: " + problem);
-
-  const auto room = [](void* user, int width, int height) {
-    Pixels& pixels = *static_cast<Pixels*>(user);
-    pixels.width = width;
-    pixels.height = height;
-    pixels.texels.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
-    return &pixels.texels.front().x;
-  };
-  static_assert(sizeof(Vec3f) == 3 * sizeof(float));
-  Pixels pixels;
-  int on_curve = 0;
-  std::array<char, 512> message{};
-  if (read(path.c_str(), room, &pixels, &on_curve, message.data(), message.size()) != 0)
-    fail(message.data()[0] != '\0' ? message.data() : "cannot be read");
-  if (on_curve != 0) {
-    for (Vec3f& texel : pixels.texels) texel = {linear(texel.x), linear(texel.y), linear(texel.z)};
+LoadedImage read_image_file(const std::string& path) {
+#if !TYNDALL_READS_IMAGES
+  fail(path, "this build reads no images: it was made without OpenEXR and OpenImageIO");
+#endif
+  const Descriptor file = open_input(path), memory = memory_file();
+  const Json report = call_helper(path, file, memory, {"image"});
+  if (report.contains("error")) {
+    const std::string kind = report.value("error", ""), message = report.value("message", "");
+    if (kind == error_memory) fail(path, "damaged, or too large: " + message);
+    fail(path, (kind == error_damaged ? "damaged: " : "") + cut(message, 600));
   }
-  return std::make_shared<const Image>(pixels.width, pixels.height, std::move(pixels.texels));
+  LoadedImage loaded;
+  loaded.told = report.value("told", Json::object());
+  loaded.warnings = report.value("warnings", std::vector<std::string>());
+  loaded.problem = report.value("problem", "");
+  if (loaded.problem.empty())
+    loaded.image = adopt(path, memory, report.value("image", Json::object()));
+  return loaded;
+}
+
+LoadedImage load_image(const std::string& path) {
+  LoadedImage loaded = read_image_file(path);
+  if (!loaded.problem.empty()) fail(path, loaded.problem);
+  return loaded;
 }
 
 }  // namespace tyndall::io

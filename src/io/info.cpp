@@ -12,15 +12,13 @@
 #include <glm/geometric.hpp>
 
 #include "io/helper/protocol.h"
+#include "io/image_file.h"
 #include "io/json_text.h"
 #include "io/scene_json.h"
 #include "io/volume_file.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/render.h"
 #include "tyndall/render/volume.h"
-#if TYNDALL_OPENEXR
-#include "io/exr.h"
-#endif
 #if TYNDALL_ZSTD
 #include "io/part_file.h"
 #endif
@@ -244,24 +242,27 @@ Json scene_info(const std::string& path) {
   return out;
 }
 
-Json picture_info(const std::string& path) {
-#if TYNDALL_OPENEXR
-  const Picture picture = read_exr(path);
-  Json out{{"file", path}, {"size", {picture.width, picture.height}}};
-  float most = 0;
-  for (const float value : picture.rgba) most = std::max(most, value);
-  out["channels"] = "R, G, B, A";
-  std::vector<std::string> layers;
-  for (const PictureLayer& layer : picture.layers)
-    layers.push_back(layer.name + "." + layer.channels);
-  if (!layers.empty()) out["layers"] = fmt::format("{}", fmt::join(layers, ", "));
-  out["largest value"] = brief(most);
-  for (const auto& [key, value] : picture.provenance) out[key] = value;
-  if (picture.provenance.empty()) out["provenance"] = "none: not made by Tyndall";
+/// What an image says, and what it is as a sky.
+Json image_info(const std::string& path) {
+  const LoadedImage loaded = read_image_file(path);
+  Json out{{"file", path}};
+  if (loaded.image) out["size"] = {loaded.image->width(), loaded.image->height()};
+  out.update(loaded.told);
+  if (loaded.image) {
+    out["largest value"] = brief(double{loaded.image->largest()});
+    double sum = 0;
+    for (const Vec3f& t : loaded.image->texels()) sum += double{t.x} + double{t.y} + double{t.z};
+    out["mean value"] = brief(sum / (3.0 * static_cast<double>(loaded.image->texels().size())));
+  }
+  if (!loaded.warnings.empty()) out["warnings"] = loaded.warnings;
+  out["use"] = loaded.image ? "the image of an environment light" : "none: " + loaded.problem;
   return out;
-#else
-  throw Error(ExitCode::usage, path + ": this build reads no EXR files");
-#endif
+}
+
+bool is_image_file(const std::string& extension) {
+  constexpr const char* known[] = {".exr",  ".hdr", ".pic",  ".png", ".jpg",
+                                   ".jpeg", ".tif", ".tiff", ".pfm"};
+  return std::find(std::begin(known), std::end(known), extension) != std::end(known);
 }
 
 Json part_info(const std::string& path) {
@@ -331,13 +332,16 @@ Info info(const std::string& path, bool as_json) {
     out = mesh_info(path);
   else if (extension == ".json")
     out = scene_info(path);
-  else if (extension == ".exr")
-    out = picture_info(path);
+  else if (is_image_file(extension))
+    out = image_info(path);
   else if (extension == ".tyn")
     out = part_info(path);
   else
-    throw Error(ExitCode::usage,
-                fmt::format("{}: expected a .vdb, .nvdb, .obj, .json, .exr or .tyn file", path));
+    throw Error(
+        ExitCode::usage,
+        fmt::format("{}: expected a .vdb, .nvdb, .obj, .json or .tyn file, or an image (.exr, "
+                    ".hdr, .png, .jpg, .tif, .pfm)",
+                    path));
   return {as_json ? out.dump(2, ' ', false, Json::error_handler_t::replace) + "\n" : lines(out, ""),
           problem};
 }

@@ -1,7 +1,7 @@
 /// \file
 /// Large libraries sit in modules that are loaded at their first use only: OpenImageIO
-/// (io/plugin/oiio.h) takes longer to start than everything else together, MPI (mpi/mpi_module.h)
-/// is no business of a machine that works alone.
+/// (io/plugin/oiio.h), which only the helper loads, takes longer to start than everything else
+/// together, MPI (mpi/mpi_module.h) is no business of a machine that works alone.
 #pragma once
 
 #include <string>

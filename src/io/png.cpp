@@ -1,50 +1,82 @@
+// Reference: ISO/IEC 15948, Portable Network Graphics.
 #include "io/png.h"
 
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <vector>
+#include <cstdint>
+#include <cstdlib>
+#include <string_view>
 
-#include <fmt/format.h>
-
-#include "io/module.h"
-#include "io/plugin/oiio.h"
-#include "tyndall/render/error.h"
+#include "io/pack.h"
 
 namespace tyndall::io {
 namespace {
 
-[[noreturn]] void fail(const std::string& reason) {
-  throw Error(ExitCode::output_failed,
-              fmt::format("PNG files cannot be written: {}; write .exr instead", reason));
+std::string big_endian(std::uint32_t n) {
+  std::string bytes;
+  for (const unsigned shift : {24u, 16u, 8u, 0u}) bytes += static_cast<char>(n >> shift & 255u);
+  return bytes;
+}
+
+void add_chunk(std::string& file, std::string_view type, std::string_view data) {
+  const std::string body = std::string(type) + std::string(data);
+  file += big_endian(static_cast<std::uint32_t>(data.size())) + body + big_endian(crc(body));
+}
+
+/// What PNG's filters of a row foretell of a byte: nothing, the byte to the left, the one above, or
+/// the nearest to left + above - corner.
+int foretold(int filter, int left, int above, int corner) {
+  if (filter != 4) return filter == 0 ? 0 : filter == 1 ? left : above;
+  const int p = left + above - corner;
+  const int a = std::abs(p - left), b = std::abs(p - above), c = std::abs(p - corner);
+  return a <= b && a <= c ? left : b <= c ? above : corner;
+}
+
+/// The filter whose remainders are smallest, and the remainders.
+std::string filtered(const std::string& row, const std::string& above) {
+  std::string best;
+  long least = 0;
+  for (const int filter : {0, 1, 2, 4}) {
+    std::string line(1, static_cast<char>(filter));
+    long sum = 0;
+    for (std::size_t i = 0; i < row.size(); ++i) {
+      const auto at = [i](const std::string& bytes, std::size_t back) {
+        return i < back ? 0 : int{static_cast<unsigned char>(bytes[i - back])};
+      };
+      const int rest = at(row, 0) - foretold(filter, at(row, 3), at(above, 0), at(above, 3));
+      line += static_cast<char>(rest & 255);
+      sum += std::abs(static_cast<signed char>(rest & 255));
+    }
+    if (best.empty() || sum < least) least = sum, best = std::move(line);
+  }
+  return best;
 }
 
 }  // namespace
 
-PngEncoder::PngEncoder() {
-  std::string problem;
-  function_ = module_function("tyndall_oiio.so", "tyndall_encode_png_1", problem);
-  if (function_ == nullptr) fail(problem);
-}
-
-std::string PngEncoder::encode(const Picture& picture, double exposure) const {
+std::string encode_png(const Picture& picture, double exposure) {
   const double gain = std::exp2(exposure);
-  std::vector<unsigned char> rgb;
-  rgb.reserve(picture.rgba.size() / 4 * 3);
-  for (std::size_t pixel = 0; pixel < picture.rgba.size(); pixel += 4)
-    for (std::size_t c = 0; c < 3; ++c)
-      rgb.push_back(srgb_byte(gain * static_cast<double>(picture.rgba[pixel + c])));
+  const std::size_t width = static_cast<std::size_t>(picture.width);
+  std::string data, row(3 * width, '\0'), above = row;
+  for (std::size_t pixel = 0; pixel < picture.rgba.size() / 4; pixel += width) {
+    for (std::size_t i = 0; i < 3 * width; ++i)
+      row[i] = static_cast<char>(
+          srgb_byte(gain * static_cast<double>(picture.rgba[4 * (pixel + i / 3) + i % 3])));
+    data += filtered(row, above);
+    above = row;
+  }
 
-  const TyndallSink append = [](void* user, const void* bytes, std::size_t size) {
-    static_cast<std::string*>(user)->append(static_cast<const char*>(bytes), size);
-  };
-  std::string file;
-  std::array<char, 256> message{};
-  const auto encode_png = reinterpret_cast<TyndallEncodePng*>(function_);
-  if (encode_png(picture.width, picture.height, rgb.data(), append, &file, message.data(),
-                 message.size())
-      != 0)
-    fail(message.data());
+  std::string file("\x89PNG\r\n\x1a\n", 8);
+  const std::string size = big_endian(static_cast<std::uint32_t>(picture.width))
+                           + big_endian(static_cast<std::uint32_t>(picture.height));
+  add_chunk(file, "IHDR", size + std::string("\x08\x02\0\0\0", 5));  // 8 bits of RGB
+  add_chunk(file, "sRGB", std::string_view("\0", 1));                // as seen
+  const std::string packed = pack(data, Packing::zlib);
+  constexpr std::size_t most = std::size_t{1} << 30;  // of a chunk: less than 2^31
+  for (std::size_t at = 0; at < packed.size(); at += most)
+    add_chunk(file, "IDAT", std::string_view(packed).substr(at, most));
+  add_chunk(file, "IEND", "");
   return file;
 }
 

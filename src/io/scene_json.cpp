@@ -602,13 +602,12 @@ void load_environment(Reader& reader, const Node& node, EnvironmentLight& light)
   reader.within("image", [&] {
     if (reader.only_names(path)) return;
     try {
-      light.image = load_image(path);
+      const LoadedImage loaded = load_image(path);
+      light.image = loaded.image;
       if (std::find(reader.inputs.begin(), reader.inputs.end(), path) == reader.inputs.end())
         reader.inputs.push_back(path);
-      if (const std::size_t mended = light.image->mended(); mended > 0)
-        reader.warning(*name, fmt::format("{}: {} of its pixels were negative, infinite or no "
-                                          "numbers, and are clamped",
-                                          path, mended));
+      for (const std::string& warning : loaded.warnings)
+        reader.warning(*name, fmt::format("{}: {}", path, warning));
     } catch (const Error& error) {
       reader.error(*name, error.what(), error.code());
     }
@@ -941,7 +940,13 @@ bool related(std::string_view a, std::string_view b) {
   if (only_files
       && std::all_of(errors.begin(), errors.end(), [](const Finding& e) { return e.is_of_frame; }))
     throw UnreadableFrame(lines);
-  throw Error(only_files ? ExitCode::input_missing : ExitCode::scene_invalid, lines);
+  // What is wrong with the scene comes first; then what the machine lacks, before what files do.
+  ExitCode code = errors[0].code;
+  for (const Finding& error : errors) {
+    if (error.code == ExitCode::scene_invalid) throw Error(error.code, lines);
+    code = std::max(code, error.code);
+  }
+  throw Error(code, lines);
 }
 
 /// Where all fields are volumes, which end where their voxels do: the box that holds them.

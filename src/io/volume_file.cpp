@@ -1,31 +1,20 @@
 #include "io/volume_file.h"
 
-#include <dlfcn.h>
-#include <fcntl.h>
-#include <link.h>
-#include <poll.h>
-#include <spawn.h>
 #include <sys/mman.h>
-#include <sys/resource.h>
-#include <sys/stat.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
-#include <csignal>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "io/helper/protocol.h"
 #include "io/json_text.h"
+#include "io/reader_process.h"
 #include "tyndall/render/check.h"
 
 namespace tyndall::io {
@@ -34,230 +23,11 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-class Descriptor {
- public:
-  explicit Descriptor(int number = -1) : number_(number) {}
-  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(number_, other.number_);
-    return *this;
-  }
-  ~Descriptor() { close(); }
-  void close() {
-    if (number_ >= 0) ::close(std::exchange(number_, -1));
-  }
-  int number() const { return number_; }
-
- private:
-  int number_;
-};
-
 [[noreturn]] void fail(const std::string& path, const std::string& why) {
   throw Error(ExitCode::input_missing, fmt::format("{}: {}", path, why));
 }
 
-// ---- The helper
-
-/// Of the program or shared library that this is part of.
-fs::path own_folder() {
-  Dl_info self{};
-  void* map = nullptr;
-  ::dladdr1(reinterpret_cast<const void*>(&own_folder), &self, &map, RTLD_DL_LINKMAP);
-  // A program has no name there, and what it was called is no path where a shell looked it up.
-  const char* library = map ? static_cast<const struct link_map*>(map)->l_name : "";
-  if (*library != '\0') return fs::canonical(library).parent_path();
-  // Unlike canonical(), this works also where a new program has taken its place since.
-  return fs::read_symlink("/proc/self/exe").parent_path();
-}
-
-/// Beside the program (or library), in the folder above it (the tests of a build), or where an
-/// installation puts it.
-std::string helper_program() {
-  const fs::path bin = own_folder();
-  std::vector<fs::path> folders{bin, bin.parent_path()};
-#ifdef TYNDALL_HELPER_DIR
-  folders.push_back((bin / TYNDALL_HELPER_DIR).lexically_normal());
-#endif
-  std::string looked;
-  for (const fs::path& folder : folders) {
-    if (::access((folder / helper_name).c_str(), X_OK) == 0) return folder / helper_name;
-    looked += (looked.empty() ? "" : ", ") + folder.string();
-  }
-  throw Error(
-      ExitCode::input_missing,
-      fmt::format("{}, which reads volumes, was not found in {}: build Tyndall with OpenVDB "
-                  "(`scripts/setup` installs it), or install it anew",
-                  helper_name, looked));
-}
-
-/// What the child may take: far more than any sound file of this size needs, also where others keep
-/// the processors busy.
-struct Limits {
-  std::uint64_t memory;  ///< [byte]
-  std::uint64_t cpu;     ///< [s] of processor time
-  std::uint64_t clock;   ///< [s]
-};
-
-/// \param voxels along the longest side of a mesh: what it takes follows the area of its faces, of
-/// which few have more than ten times the square of that. 0: no mesh
-Limits limits_for(std::uint64_t file_size, int voxels) {
-  const std::uint64_t megabytes = file_size / 1000000;
-  const auto square = static_cast<std::uint64_t>(voxels) * static_cast<std::uint64_t>(voxels);
-  const std::uint64_t seconds = megabytes + square / 10000;
-  return {(std::uint64_t{2} << 30) + 64 * file_size + 4096 * square, 6 + seconds, 8 + 4 * seconds};
-}
-
-/// Waits for a child; kills it when nobody waits any longer.
-class Child {
- public:
-  explicit Child(pid_t id) : id_(id) {}
-  Child(const Child&) = delete;
-  Child& operator=(const Child&) = delete;
-  ~Child() {
-    if (id_ <= 0) return;
-    ::kill(id_, SIGKILL);
-    wait();
-  }
-
-  int wait() {
-    int status = 0;
-    while (::waitpid(id_, &status, 0) < 0 && errno == EINTR) {
-    }
-    id_ = -1;
-    return status;
-  }
-
- private:
-  pid_t id_;
-};
-
-struct SpawnActions {
-  posix_spawn_file_actions_t actions;
-  posix_spawnattr_t attributes;
-
-  SpawnActions() {
-    ::posix_spawn_file_actions_init(&actions);
-    ::posix_spawnattr_init(&attributes);
-  }
-  SpawnActions(const SpawnActions&) = delete;
-  SpawnActions& operator=(const SpawnActions&) = delete;
-  ~SpawnActions() {
-    ::posix_spawn_file_actions_destroy(&actions);
-    ::posix_spawnattr_destroy(&attributes);
-  }
-};
-
-/// A number above those that the child is given, lest giving one closes another.
-Descriptor out_of_the_way(Descriptor d) {
-  return Descriptor(::fcntl(d.number(), F_DUPFD_CLOEXEC, grid_descriptor + 1));
-}
-
-pid_t spawn(const std::vector<std::string>& words, int file, int report, int grid) {
-  const std::string program = helper_program();
-  std::vector<char*> arguments{const_cast<char*>(program.c_str())};
-  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
-  arguments.push_back(nullptr);
-
-  SpawnActions spawn;
-  ::posix_spawn_file_actions_adddup2(&spawn.actions, file, STDIN_FILENO);
-  ::posix_spawn_file_actions_adddup2(&spawn.actions, report, STDOUT_FILENO);
-  ::posix_spawn_file_actions_addopen(&spawn.actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  ::posix_spawn_file_actions_adddup2(&spawn.actions, grid, grid_descriptor);
-  // Other libraries of this process may have files open for inheritance.
-  ::posix_spawn_file_actions_addclosefrom_np(&spawn.actions, grid_descriptor + 1);
-  // No signal that this process blocks or ignores is so in the child.
-  sigset_t none, all;
-  ::sigemptyset(&none);
-  ::sigfillset(&all);
-  ::posix_spawnattr_setsigmask(&spawn.attributes, &none);
-  ::posix_spawnattr_setsigdefault(&spawn.attributes, &all);
-  ::posix_spawnattr_setflags(&spawn.attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
-  pid_t id = -1;
-  const int error = ::posix_spawn(&id, program.c_str(), &spawn.actions, &spawn.attributes,
-                                  arguments.data(), environ);
-  if (error != 0)
-    throw Error(ExitCode::internal,
-                fmt::format("{} cannot be started: {}", program, std::strerror(error)));
-  return id;
-}
-
-/// All that the child writes, until it ends or `deadline`. \return whether it ended.
-bool read_report(int from, Clock::time_point deadline, std::string& text) {
-  constexpr std::size_t most = std::size_t{64} << 20;
-  char block[1 << 16];
-  for (;;) {
-    const auto left =
-        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
-    if (left <= 0 || text.size() > most) return false;
-    struct pollfd waiting {
-      from, POLLIN, 0
-    };
-    if (::poll(&waiting, 1, static_cast<int>(std::min<long>(left, 1000))) <= 0) continue;
-    const ssize_t n = ::read(from, block, sizeof block);
-    if (n == 0) return true;
-    if (n > 0) text.append(block, static_cast<std::size_t>(n));
-  }
-}
-
-std::string signal_name(int signal) {
-  const char* name = ::sigabbrev_np(signal);
-  return name ? fmt::format("SIG{}", name) : fmt::format("signal {}", signal);
-}
-
-/// Calls the helper. \return its object. \throws Error where it fails, with what is known of the
-/// reason.
-Json call_helper(const std::string& path, const Descriptor& file, const Descriptor& grid,
-                 std::vector<std::string> words, int voxels = 0) {
-  struct stat status {};
-  ::fstat(file.number(), &status);
-  const Limits limits = limits_for(static_cast<std::uint64_t>(status.st_size), voxels);
-  words.insert(words.begin() + 1, {std::to_string(limits.memory), std::to_string(limits.cpu)});
-
-  int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0)
-    throw Error(ExitCode::internal, fmt::format("no pipe: {}", std::strerror(errno)));
-  const Descriptor output = out_of_the_way(Descriptor(ends[0]));
-  Descriptor input = out_of_the_way(Descriptor(ends[1]));
-  Child child(spawn(words, file.number(), input.number(), grid.number()));
-  input.close();
-
-  std::string text;
-  const auto deadline = Clock::now() + std::chrono::seconds(limits.clock);
-  const bool ended = read_report(output.number(), deadline, text);
-  if (!ended && voxels > 0)
-    fail(path, fmt::format("{} voxels took longer than {} s: given up; where the machine is busy, "
-                           "try again, or lower \"voxels\"",
-                           voxels, limits.clock));
-  if (!ended)
-    fail(path, fmt::format("damaged, or too slow to read: given up after {} s; where the machine "
-                           "is busy, try again",
-                           limits.clock));
-  const int result = child.wait();
-  if (WIFSIGNALED(result)) {
-    const int signal = WTERMSIG(result);
-    if (voxels > 0 && (signal == SIGXCPU || signal == SIGKILL))
-      fail(path, fmt::format("{} voxels took more than {} s of processor time, or more memory than "
-                             "there is; lower \"voxels\"",
-                             voxels, limits.cpu));
-    if (signal == SIGXCPU || signal == SIGKILL)
-      fail(path, fmt::format("damaged: reading it took more than {} s of processor time, or more "
-                             "memory than there is, and was ended",
-                             limits.cpu));
-    fail(path, fmt::format("damaged: the library that reads it crashed ({}); nothing else came to "
-                           "harm",
-                           signal_name(signal)));
-  }
-  Json report = Json::parse(text, nullptr, false);
-  if (WEXITSTATUS(result) != 0 || !report.is_object())
-    fail(path, "damaged: the library that reads it failed without a word");
-  return report;
-}
-
 // ---- What the helper says
-
-std::string cut(const std::string& text, std::size_t most = 60) {
-  return text.size() <= most ? text : text.substr(0, most) + "...";
-}
 
 std::string quoted_whole(const std::string& name) {
   return Json(name).dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -315,34 +85,9 @@ std::string remedy(const Json& grids) {
 
 // ---- Files
 
-Descriptor open_file(const std::string& path) {
-  std::error_code error;
-  if (fs::is_directory(path, error)) fail(path, "is a folder");
-  Descriptor file = Descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  if (file.number() < 0) {
-    const bool is_numbered = path.find("##") != path.npos;
-    fail(path, errno != ENOENT ? std::strerror(errno)
-               : is_numbered   ? "no such file; ## is a frame's number: name frames with --frames"
-                               : "no such file");
-  }
-  struct stat status {};
-  if (::fstat(file.number(), &status) != 0 || !S_ISREG(status.st_mode))
-    fail(path, "is no regular file");
-  return out_of_the_way(std::move(file));
-}
-
-Descriptor memory_file() {
-  Descriptor file(::memfd_create("tyndall-grid", MFD_CLOEXEC));
-  if (file.number() < 0)
-    throw Error(ExitCode::internal, fmt::format("no memory file: {}", std::strerror(errno)));
-  return out_of_the_way(std::move(file));
-}
-
 /// The grid that the helper left in the memory file. \throws Error, DamagedVolume
 std::shared_ptr<const Volume> adopt(const Descriptor& memory, const Json& loaded) {
-  struct stat status {};
-  ::fstat(memory.number(), &status);
-  const auto size = static_cast<std::size_t>(status.st_size);
+  const std::size_t size = memory.size();
   if (size == 0 || loaded.value("grid_bytes", std::uint64_t{0}) > size)
     throw DamagedVolume("no grid came back from it");
   void* p = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, memory.number(), 0);
@@ -354,17 +99,22 @@ std::shared_ptr<const Volume> adopt(const Descriptor& memory, const Json& loaded
   return std::make_shared<const Volume>(bytes, size);
 }
 
-void add_warnings(const Json& loaded, LoadedVolume& out) {
-  const auto warn = [&](const char* key, const std::string& what) {
-    if (const auto n = loaded.value(key, std::uint64_t{0}); n > 0)
-      out.warnings.push_back(
-          fmt::format("{} of {} active voxels {}", n, out.volume->active_voxels(), what));
+void add_warnings(LoadedVolume& out) {
+  const MendedValues& mended = out.volume->mended();
+  const auto warn = [&](const MendedValues::Voxels& found, const std::string& what) {
+    if (found.count > 0)
+      out.warnings.push_back(fmt::format("{} of {} active voxels {} (the first: index {}, {}, {})",
+                                         found.count, out.volume->active_voxels(), what,
+                                         found.first.x, found.first.y, found.first.z));
   };
-  warn("not_numbers", "are no numbers (NaN): taken as 0");
-  const double most = loaded.value("most", 0.0);
-  warn("huge", fmt::format("are infinite or beyond 1e12: taken as {:.4g}{}", most,
-                           static_cast<float>(most) < 1e12f ? ", the largest of the others" : ""));
-  if (loaded.value("strange_background", false))
+  warn(mended.not_numbers, "are no numbers (NaN): taken as 0");
+  const auto taken = [](float value, const char* which) {
+    return fmt::format("taken as {:.4g}{}", value,
+                       std::abs(value) < 1e12f ? fmt::format(", the {} of the others", which) : "");
+  };
+  warn(mended.above, "are infinite or beyond 1e12: " + taken(mended.largest, "largest"));
+  warn(mended.below, "are infinite or beyond -1e12: " + taken(mended.smallest, "smallest"));
+  if (mended.background)
     out.warnings.push_back("the background is no number or beyond 1e12: taken as 0");
 }
 
@@ -384,7 +134,7 @@ std::string thin_walls(double share, double width, int voxels) {
 LoadedVolume load(const std::string& path, std::vector<std::string> words,
                   Emptiness emptiness = Emptiness::refused, int voxels = 0) {
   const auto start = Clock::now();
-  const Descriptor file = open_file(path), memory = memory_file();
+  const Descriptor file = open_input(path), memory = memory_file();
   const Json report = call_helper(path, file, memory, std::move(words), voxels);
   if (report.contains("error")) fail_as_reported(path, report);
   const Json loaded = report.value("loaded", Json::object());
@@ -402,7 +152,7 @@ LoadedVolume load(const std::string& path, std::vector<std::string> words,
   } catch (const DamagedVolume& damage) {
     fail(path, std::string("damaged: ") + damage.what());
   }
-  add_warnings(loaded, out);
+  add_warnings(out);
   const Volume& v = *out.volume;
   out.is_absent = report.value("absent", false);
   if (v.active_voxels() == 0 && emptiness == Emptiness::refused)
@@ -435,7 +185,7 @@ LoadedVolume load_mesh(const std::string& path, int voxels) {
 }
 
 VolumeContents list_grids(const std::string& path) {
-  const Descriptor file = open_file(path), memory = memory_file();
+  const Descriptor file = open_input(path), memory = memory_file();
   const Json report = call_helper(path, file, memory, {"list", format_of(path), ""});
   if (report.contains("error")) fail_as_reported(path, report);
   using Texts = std::map<std::string, std::string>;
@@ -494,7 +244,7 @@ std::string encode_grids(const std::string& path, bool nano, const std::vector<G
 
   const auto fail_writing = [&](const std::string& why) {
     throw Error(ExitCode::output_failed,
-                fmt::format("{}: {} could not write it: {}", path, helper_name, why));
+                fmt::format("{}: {} could not write it: {}", path, volume_helper, why));
   };
   Json report;
   try {
@@ -503,9 +253,7 @@ std::string encode_grids(const std::string& path, bool nano, const std::vector<G
     fail_writing(error.what());
   }
   if (report.contains("error")) fail_writing(report.value("message", ""));
-  struct stat status {};
-  ::fstat(written.number(), &status);
-  std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
+  std::string bytes(written.size(), '\0');
   for (std::size_t done = 0; done < bytes.size();) {
     const ssize_t n = ::pread(written.number(), bytes.data() + done, bytes.size() - done,
                               static_cast<off_t>(done));

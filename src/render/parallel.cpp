@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <exception>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
+
+#include "render/startable_threads.h"
 
 #if defined(TYNDALL_TBB)
 #include <oneapi/tbb/blocked_range.h>
@@ -25,13 +29,42 @@ int thread_count(int threads) {
 
 namespace {
 
+using Control = oneapi::tbb::global_control;
+
+struct Arena {
+  explicit Arena(int startable) : threads(startable), arena(startable) {}
+
+  /// Has the workers start, which stay: later there may be no memory for them.
+  void start_all() {
+    const Control allowed(Control::max_allowed_parallelism, static_cast<std::size_t>(threads));
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(200);
+    std::atomic<int> arrived = 0;
+    arena.execute([&] {
+      oneapi::tbb::parallel_for(
+          oneapi::tbb::blocked_range<int>(0, threads, 1),
+          [&](const oneapi::tbb::blocked_range<int>&) {
+            ++arrived;
+            while (arrived < threads && std::chrono::steady_clock::now() < deadline)
+              std::this_thread::yield();
+          },
+          oneapi::tbb::simple_partitioner{});
+    });
+  }
+
+  const int threads;  ///< that the system let start
+  oneapi::tbb::task_arena arena;
+};
+
 /// Kept: oneTBB 2021.8 gives back no memory of an arena that is done with, 7 kB each.
-oneapi::tbb::task_arena& arena_of(int threads) {
+Arena& arena_of(int threads) {
   static std::mutex mutex;
-  static std::map<int, std::unique_ptr<oneapi::tbb::task_arena>> arenas;
+  static std::map<int, std::unique_ptr<Arena>> arenas;
   const std::lock_guard lock(mutex);
-  std::unique_ptr<oneapi::tbb::task_arena>& arena = arenas[threads];
-  if (!arena) arena = std::make_unique<oneapi::tbb::task_arena>(threads);
+  std::unique_ptr<Arena>& arena = arenas[threads];
+  if (!arena) {
+    arena = std::make_unique<Arena>(startable_threads(threads));
+    if (arena->threads > 1 && is_memory_limited()) arena->start_all();
+  }
   return *arena;
 }
 
@@ -41,11 +74,13 @@ void parallel_for(std::uint64_t begin, std::uint64_t end, std::uint64_t grain, i
                   const std::function<void(std::uint64_t, std::uint64_t)>& body) {
   if (begin >= end) return;
   using Chunk = oneapi::tbb::blocked_range<std::uint64_t>;
+  Arena& arena = arena_of(thread_count(threads));
   // Left alone, TBB runs no more threads than the machine has, and prints a warning if asked to.
-  using Control = oneapi::tbb::global_control;
-  const Control allowed(Control::max_allowed_parallelism,
-                        static_cast<std::size_t>(std::max(thread_count(threads), thread_count(0))));
-  arena_of(thread_count(threads)).execute([&] {
+  const int most = arena.threads < thread_count(threads)
+                       ? arena.threads
+                       : std::max(thread_count(threads), thread_count(0));
+  const Control allowed(Control::max_allowed_parallelism, static_cast<std::size_t>(most));
+  arena.arena.execute([&] {
     oneapi::tbb::parallel_for(
         Chunk(begin, end, grain),
         [&](const Chunk& chunk) {
@@ -82,7 +117,10 @@ void parallel_for(std::uint64_t begin, std::uint64_t end, std::uint64_t grain, i
   std::vector<std::thread> helpers;
   const auto wanted =
       std::min<std::uint64_t>(static_cast<std::uint64_t>(thread_count(threads)), chunks);
-  for (std::uint64_t i = 1; i < wanted; ++i) helpers.emplace_back(work);
+  try {
+    for (std::uint64_t i = 1; i < wanted; ++i) helpers.emplace_back(work);
+  } catch (const std::system_error&) {  // fewer do, too
+  }
   work();
   for (std::thread& helper : helpers) helper.join();
   if (failure) std::rethrow_exception(failure);

@@ -48,16 +48,73 @@ void hash_value(Hasher& hash, const nanovdb::Vec3f& v) {
   for (int c = 0; c < 3; ++c) hash_value(hash, v[c]);
 }
 
-/// A comparison that NaN fails.
-template <class V>
-void require_value(const V& v) {
-  const float most = static_cast<float>(limits::density.high);
-  bool good = smallest_channel(v) >= -most && largest_channel(v) <= most;
-  if constexpr (!std::is_same_v<V, float>) good = good && v[0] + v[1] + v[2] == v[0] + v[1] + v[2];
-  if (!good)
-    throw DamagedVolume(
-        fmt::format("a value is no number (NaN), infinite or beyond {:g}", double{most}));
+constexpr float largest_value = static_cast<float>(limits::density.high);
+
+/// Calls f(channel) for each.
+template <class F>
+void for_channels(float& v, const F& f) {
+  f(v);
 }
+template <class F>
+void for_channels(nanovdb::Vec3f& v, const F& f) {
+  for (int c = 0; c < 3; ++c) f(v[c]);
+}
+
+/// Comparisons that NaN fails.
+bool is_value(float v) { return v >= -largest_value && v <= largest_value; }
+bool is_value(const nanovdb::Vec3f& v) {
+  return is_value(v[0]) && is_value(v[1]) && is_value(v[2]);
+}
+
+void require_value(float v) {
+  if (!is_value(v))
+    throw DamagedVolume(
+        fmt::format("a value is no number (NaN), infinite or beyond {:g}", double{largest_value}));
+}
+
+/// Collects what strange values are made of, then makes it of them.
+class Mender {
+ public:
+  explicit Mender(MendedValues& mended) : mended_(mended) {}
+
+  /// First, of all active values.
+  template <class V>
+  void see(V v) {
+    for_channels(v, [this](float x) {
+      if (is_value(x)) range_.add(x, x);
+    });
+  }
+  void end_seeing() {
+    mended_.largest = range_.low <= range_.high ? range_.high : largest_value;
+    mended_.smallest = range_.low <= range_.high ? range_.low : -largest_value;
+  }
+  /// Then, of all values. \param voxels that it stands for, 0 where it is not active \param at the
+  /// first of them
+  template <class V>
+  void mend(V& v, std::uint64_t voxels, const Coord& at) {
+    bool is_nan = false, is_above = false, is_below = false;
+    for_channels(v, [&](float& x) {
+      if (is_value(x)) return;
+      is_nan = is_nan || x != x;
+      is_above = is_above || x > largest_value;
+      is_below = is_below || x < -largest_value;
+      x = x != x || voxels == 0 ? 0.0f : x > 0 ? mended_.largest : mended_.smallest;
+    });
+    if (is_nan) count(mended_.not_numbers, voxels, at);
+    if (is_above) count(mended_.above, voxels, at);
+    if (is_below) count(mended_.below, voxels, at);
+  }
+
+ private:
+  static void count(MendedValues::Voxels& found, std::uint64_t voxels, const Coord& at) {
+    const Coord first(found.first.x, found.first.y, found.first.z);
+    if (voxels > 0 && (found.count == 0 || at < first)) found.first = {at[0], at[1], at[2]};
+    found.count += voxels;
+  }
+
+  MendedValues& mended_;
+  ValueRange range_;
+};
 
 // ---- The tree
 
@@ -90,6 +147,7 @@ struct Found {
   ValueRange range{};
   ActiveBox active{};
   std::uint64_t hash = 0;
+  bool is_strange = false;  ///< a value is to be mended
 };
 
 /// Nodes of one kind that the tree leads to, each checked to lie within the buffer.
@@ -157,13 +215,16 @@ std::size_t leaf_size(GridType type, const void* leaf) {
 
 constexpr std::size_t least_leaf = 96;  // of FpN
 
+template <class Build>
+constexpr bool is_plain = std::is_same_v<Build, float> || std::is_same_v<Build, nanovdb::Vec3f>;
+
 /// The range of all values of a leaf, by its data alone.
 template <class Build, class Data>
-ValueRange stamp(Data& leaf) {
+ValueRange stamp(Data& leaf, bool& is_strange) {
   ValueRange range;
-  if constexpr (std::is_same_v<Build, float> || std::is_same_v<Build, nanovdb::Vec3f>) {
+  if constexpr (is_plain<Build>) {
     for (int n = 0; n < 512; ++n) {
-      require_value(leaf.mValues[n]);
+      is_strange = is_strange || !is_value(leaf.mValues[n]);
       range.add(leaf.mValues[n]);
     }
     set_all(leaf.mMinimum, range.low);
@@ -184,9 +245,11 @@ void count(ValueCounts& counts, float v, std::uint64_t n = 1) { counts.add(v, n)
 void count(ValueCounts&, const nanovdb::Vec3f&, std::uint64_t = 1) {}
 
 template <class Build, class Leaf>
-void read_leaf(Found<Leaf>& found, ValueCounts& counts) {
+void read_leaf(Found<Leaf>& found) {
   auto& leaf = *reinterpret_cast<LeafData<Build>*>(found.node);
-  found.range = stamp<Build>(leaf);
+  found.is_strange = false;
+  found.active = {};
+  found.range = stamp<Build>(leaf, found.is_strange);
   Hasher hash;
   for (std::uint32_t n = 0; n < 512; ++n) hash_value(hash, leaf.getValue(n));
   found.hash = hash.value();
@@ -195,26 +258,39 @@ void read_leaf(Found<Leaf>& found, ValueCounts& counts) {
     if (!leaf.mValueMask.isOn(n)) continue;
     const glm::ivec3 at = origin + glm::ivec3(n >> 6, n >> 3 & 7, n & 7);
     found.active.add(at, at, 1);
-    count(counts, leaf.getValue(n));
+  }
+}
+
+/// Calls f(found, data), data being that of the leaf's own type.
+template <class Leaf, class F>
+void with_leaf(GridType type, Found<Leaf>& found, const F& f) {
+  const auto as = [&]<class Build>(Build*) {
+    f.template operator()<Build>(found, *reinterpret_cast<LeafData<Build>*>(found.node));
+  };
+  switch (type) {
+    case GridType::Fp4:
+      return as(static_cast<nanovdb::Fp4*>(nullptr));
+    case GridType::Fp8:
+      return as(static_cast<nanovdb::Fp8*>(nullptr));
+    case GridType::Fp16:
+      return as(static_cast<nanovdb::Fp16*>(nullptr));
+    case GridType::FpN:
+      return as(static_cast<nanovdb::FpN*>(nullptr));
+    case GridType::Vec3f:
+      return as(static_cast<nanovdb::Vec3f*>(nullptr));
+    default:
+      return as(static_cast<float*>(nullptr));
   }
 }
 
 template <class Leaf>
-void read_leaf(GridType type, Found<Leaf>& found, ValueCounts& counts) {
-  switch (type) {
-    case GridType::Fp4:
-      return read_leaf<nanovdb::Fp4>(found, counts);
-    case GridType::Fp8:
-      return read_leaf<nanovdb::Fp8>(found, counts);
-    case GridType::Fp16:
-      return read_leaf<nanovdb::Fp16>(found, counts);
-    case GridType::FpN:
-      return read_leaf<nanovdb::FpN>(found, counts);
-    case GridType::Vec3f:
-      return read_leaf<nanovdb::Vec3f>(found, counts);
-    default:
-      return read_leaf<float>(found, counts);
-  }
+void read_leaf(GridType type, Found<Leaf>& found) {
+  with_leaf(type, found, []<class Build>(auto& leaf, auto&) { read_leaf<Build>(leaf); });
+}
+
+Coord voxel(const Coord& origin, std::uint32_t n) {
+  return origin.offsetBy(static_cast<int>(n >> 6), static_cast<int>(n >> 3 & 7),
+                         static_cast<int>(n & 7));
 }
 
 /// Children and tiles of a node: calls child(n) or tile(n).
@@ -236,15 +312,46 @@ Coord entry_origin(const Found<Node>& found, std::uint32_t n) {
   return found.origin + at;
 }
 
+template <class Node>
+void read_tiles(Found<Node>& found) {
+  auto* data = found.node->data();
+  found.range = {};
+  found.active = {};
+  found.is_strange = false;
+  Hasher hash;
+  for_entries(
+      found, [](std::uint32_t) {},
+      [&](std::uint32_t n) {
+        found.is_strange = found.is_strange || !is_value(data->mTable[n].value);
+        found.range.add(data->mTable[n].value);
+        hash_value(hash, data->mTable[n].value);
+        if (data->mValueMask.isOn(n))
+          found.active.add_tile(entry_origin(found, n), Node::ChildNodeType::DIM);
+      });
+  found.hash = hash.value();
+}
+
+/// Calls f(value, voxels, at) for each tile of a node; voxels is 0 where it is not active.
+template <class Node, class F>
+void for_tiles(Found<Node>& found, const F& f) {
+  auto* data = found.node->data();
+  constexpr auto edge = std::uint64_t{Node::ChildNodeType::DIM};
+  for_entries(
+      found, [](std::uint32_t) {},
+      [&](std::uint32_t n) {
+        f(data->mTable[n].value, data->mValueMask.isOn(n) ? edge * edge * edge : 0,
+          entry_origin(found, n));
+      });
+}
+
 /// The nodes below `parents`; their tiles are read.
 template <class Child, class Parent>
 std::vector<Found<Child>> children(std::vector<Found<Parent>>& parents, Extents& extents,
-                                   GridType type, ValueCounts& counts) {
+                                   GridType type) {
   constexpr bool leaves = Child::LEVEL == 0;
   std::vector<Found<Child>> all;
   for (Found<Parent>& parent : parents) {
     auto* data = parent.node->data();
-    Hasher hash;
     for_entries(
         parent,
         [&](std::uint32_t n) {
@@ -256,15 +363,8 @@ std::vector<Found<Child>> children(std::vector<Found<Parent>>& parents, Extents&
           extents.take(place, size);
           all.push_back({reinterpret_cast<Child*>(place), entry_origin(parent, n)});
         },
-        [&](std::uint32_t n) {
-          require_value(data->mTable[n].value);
-          parent.range.add(data->mTable[n].value);
-          hash_value(hash, data->mTable[n].value);
-          if (!data->mValueMask.isOn(n)) return;
-          parent.active.add_tile(entry_origin(parent, n), Child::DIM);
-          count(counts, data->mTable[n].value, voxels_of(Child::DIM));
-        });
-    parent.hash = hash.value();
+        [](std::uint32_t) {});
+    read_tiles(parent);
   }
   return all;
 }
@@ -366,41 +466,106 @@ void Volume::check(int threads) {
   extents.take(root, root_size);
   root_ = static_cast<std::uint64_t>(reinterpret_cast<std::byte*>(root) - buffer_.get());
 
-  Hasher hash;
-  ValueRange range;
-  ActiveBox active;
-  require_value(root->mBackground);
-  range.add(root->mBackground);
-  hash_value(hash, root->mBackground);
-  background_ = largest_channel(root->mBackground);
+  bool is_strange = !is_value(root->mBackground);
   std::vector<Found<typename Tree::Upper>> uppers;
   for (std::uint32_t n = 0; n < root->mTableSize; ++n) {
     auto* tile = root->tile(n);
-    const Coord origin = tile->origin();
-    hash.add(tile->key);
     if (tile->isChild()) {
       std::byte* place = extents.at(root, tile->child, sizeof(typename Tree::Upper));
       extents.take(place, sizeof(typename Tree::Upper));
-      uppers.push_back({reinterpret_cast<typename Tree::Upper*>(place), origin});
+      uppers.push_back({reinterpret_cast<typename Tree::Upper*>(place), tile->origin()});
     } else {
-      require_value(tile->value);
-      range.add(tile->value);
-      hash_value(hash, tile->value);
-      if (!tile->isActive()) continue;
-      active.add_tile(origin, Tree::Upper::DIM);
-      count(counts_, tile->value, voxels_of(Tree::Upper::DIM));
+      is_strange = is_strange || !is_value(tile->value);
     }
   }
-  auto lowers = children<typename Tree::Lower>(uppers, extents, type_, counts_);
-  auto leaves = children<typename Tree::Leaf>(lowers, extents, type_, counts_);
+  auto lowers = children<typename Tree::Lower>(uppers, extents, type_);
+  auto leaves = children<typename Tree::Leaf>(lowers, extents, type_);
   extents.require_disjoint();
+  parallel_for(0, leaves.size(), 64, threads, [&](std::uint64_t begin, std::uint64_t end) {
+    for (std::uint64_t i = begin; i < end; ++i) read_leaf(type_, leaves[i]);
+  });
+
+  const auto any_strange = [](const auto& nodes) {
+    return std::any_of(nodes.begin(), nodes.end(), [](const auto& n) { return n.is_strange; });
+  };
+  const auto for_root_tiles = [&](const auto& f) {
+    for (std::uint32_t n = 0; n < root->mTableSize; ++n)
+      if (auto* tile = root->tile(n); !tile->isChild())
+        f(tile->value, tile->isActive() ? voxels_of(Tree::Upper::DIM) : 0, tile->origin());
+  };
+  if (is_strange || any_strange(uppers) || any_strange(lowers) || any_strange(leaves)) {
+    Mender mender(mended_);
+    const auto see = [&](V& v, std::uint64_t voxels, const Coord&) {
+      if (voxels > 0) mender.see(v);
+    };
+    for_root_tiles(see);
+    for (auto& upper : uppers) for_tiles(upper, see);
+    for (auto& lower : lowers) for_tiles(lower, see);
+    for (auto& leaf : leaves)
+      with_leaf(type_, leaf, [&]<class Build>(auto&, auto& data) {
+        for (std::uint32_t n = 0; n < 512; ++n)
+          if (data.mValueMask.isOn(n)) mender.see(data.getValue(n));
+      });
+    mender.end_seeing();
+    mended_.background = !is_value(root->mBackground);
+    mender.mend(root->mBackground, 0, Coord(0));
+    const auto mend = [&](V& v, std::uint64_t voxels, const Coord& at) {
+      mender.mend(v, voxels, at);
+    };
+    for_root_tiles(mend);
+    const auto mend_tiles = [&](auto& nodes) {
+      for (auto& node : nodes) {
+        if (!node.is_strange) continue;
+        for_tiles(node, mend);
+        read_tiles(node);
+      }
+    };
+    mend_tiles(uppers);
+    mend_tiles(lowers);
+    for (auto& leaf : leaves) {
+      if (!leaf.is_strange) continue;
+      with_leaf(type_, leaf, [&]<class Build>(auto& found, auto& data) {
+        if constexpr (is_plain<Build>) {
+          for (std::uint32_t n = 0; n < 512; ++n)
+            mender.mend(data.mValues[n], data.mValueMask.isOn(n), voxel(found.origin, n));
+        }
+      });
+      read_leaf(type_, leaf);
+    }
+  }
+
+  const auto count_tile = [this](const V& v, std::uint64_t voxels, const Coord&) {
+    if (voxels > 0) count(counts_, v, voxels);
+  };
+  for_root_tiles(count_tile);
+  for (auto& upper : uppers) for_tiles(upper, count_tile);
+  for (auto& lower : lowers) for_tiles(lower, count_tile);
   std::mutex adding;
   parallel_for(0, leaves.size(), 64, threads, [&](std::uint64_t begin, std::uint64_t end) {
     ValueCounts counts;
-    for (std::uint64_t i = begin; i < end; ++i) read_leaf(type_, leaves[i], counts);
+    for (std::uint64_t i = begin; i < end; ++i)
+      with_leaf(type_, leaves[i], [&]<class Build>(auto&, auto& data) {
+        for (std::uint32_t n = 0; n < 512; ++n)
+          if (data.mValueMask.isOn(n)) count(counts, data.getValue(n));
+      });
     const std::lock_guard lock(adding);
     counts_.add(counts);
   });
+
+  Hasher hash;
+  ValueRange range;
+  ActiveBox active;
+  range.add(root->mBackground);
+  hash_value(hash, root->mBackground);
+  background_ = largest_channel(root->mBackground);
+  for (std::uint32_t n = 0; n < root->mTableSize; ++n) {
+    auto* tile = root->tile(n);
+    hash.add(tile->key);
+    if (tile->isChild()) continue;
+    range.add(tile->value);
+    hash_value(hash, tile->value);
+    if (tile->isActive()) active.add_tile(tile->origin(), Tree::Upper::DIM);
+  }
   gather(lowers, leaves);
   gather(uppers, lowers);
   for (const auto& upper : uppers) {

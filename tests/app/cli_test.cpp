@@ -365,7 +365,7 @@ TEST_F(CliTest, TakesCountsUpToTheirLimits) {
 
 TEST_F(CliTest, WritesPreviews) {
   if (run({"--version"}).out.find(".png") == std::string::npos)
-    GTEST_SKIP() << "this build has no OpenImageIO";
+    GTEST_SKIP() << "this build has no zlib";
   const Outcome outcome = run({"render", "scene.json", "-o", "a.png"});
   ASSERT_EQ(outcome.code, 0) << outcome.err;
   const std::string first = contents(folder_ / "a.png");

@@ -2,6 +2,7 @@
 /// What the targets share: bytes as a file, and errors that are as they should be.
 #pragma once
 
+#include <fcntl.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
@@ -17,7 +18,10 @@ namespace tyndall::fuzz {
 /// A file of `size` bytes, in memory.
 class File {
  public:
-  File(const std::uint8_t* bytes, std::size_t size) : number_(::memfd_create("fuzz", 0)) {
+  File(const std::uint8_t* bytes, std::size_t size) {
+    const int first = ::memfd_create("fuzz", 0);
+    number_ = ::fcntl(first, F_DUPFD, 10);  // beyond those that have a meaning
+    ::close(first);
     if (number_ < 0 || ::write(number_, bytes, size) != static_cast<ssize_t>(size)) std::abort();
   }
   ~File() { ::close(number_); }
@@ -26,7 +30,7 @@ class File {
   std::string path() const { return "/proc/self/fd/" + std::to_string(number_); }
 
  private:
-  int number_;
+  int number_ = -1;
 };
 
 /// Refusals have a reason; anything else that is thrown is a finding.

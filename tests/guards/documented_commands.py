@@ -207,6 +207,9 @@ def make_folder(folder, path):
         subprocess.run(["python3", "-c", "import numpy as n\n"
                         "n.save('cloud_hv_256.npy', n.random.default_rng(1).random((8, 8, 8), dtype=n.float32) / 9)\n"
                         "n.savez('reference_hv_0.99.npz', img=n.ones((12, 16)), rel_err=0.01)"], cwd=folder, check=True)
+    if path.endswith("images.md"):
+        subprocess.run([os.path.join(BUILD, "tyndall"), "render", "scene.json", "-o", "sky.exr"], cwd=folder, check=True,
+                       capture_output=True)
     if path.endswith("reliability.md"):
         tyndall = os.path.join(BUILD, "tyndall")
         subprocess.run([tyndall, "render", "scene.json", "--sample-range", "0:1", "-o", "part.tyn"], cwd=folder,

@@ -8,11 +8,14 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "support/images.h"
 
 namespace {
 
@@ -98,6 +101,22 @@ class ErrorsTable : public testing::Test {
     const std::vector<float> densities(8, 1.0f);
     std::ofstream(scratch_ / "work" / "density.raw", std::ios::binary)
         .write(reinterpret_cast<const char*>(densities.data()), 8 * sizeof(float));
+    using namespace tyndall::test;
+    const auto put = [&](const char* image, const ExrPart& part) {
+      std::ofstream(scratch_ / "work" / image, std::ios::binary) << exr_file({part});
+    };
+    ExrPart part;
+    part.channels = exr_rgb("day", 1, 1, 1);
+    for (const ExrChannel& channel : exr_rgb("night", 0, 0, 0)) part.channels.push_back(channel);
+    put("layers.exr", part);
+    part.channels = exr_rgb("", 1, 1, 1);
+    part.attributes = exr_attribute("envmap", "envmap", std::string(1, '\1'));
+    put("cube.exr", part);
+    part.attributes = "";
+    part.channels[2].value = [](int x, int y) {
+      return x == 3 && y == 2 ? std::numeric_limits<float>::infinity() : 1.0f;
+    };
+    put("infinite.exr", part);
 
     std::istringstream words(row.command);
     std::vector<std::string> arguments{std::istream_iterator<std::string>(words), {}};

@@ -239,15 +239,42 @@ TEST(Volume, refuses_what_would_lead_astray) {
     ++child;
     lower.mTable[*child].child = lower.mTable[one].child;
   });
-  damage("no number", [](Copy& c) { c.leaf().mValues[77] = std::nanf(""); });
-  damage("beyond", [](Copy& c) { c.leaf().mValues[77] = 2e12f; });
-  damage("no number", [&](Copy& c) {
+}
+
+TEST(Volume, mends_what_is_no_value_wherever_it_is) {
+  TYNDALL_NEEDS_VOLUMES();
+  const LoadedVolume loaded = load("ball.vdb");
+  const auto mended = [&](auto&& change) {
+    Copy copy(*loaded.volume);
+    change(copy);
+    const Volume volume(copy.bytes, copy.size, 1);
+    EXPECT_GE(volume.minimum(), 0.0f);
+    EXPECT_LE(volume.maximum(), loaded.volume->maximum());
+    EXPECT_EQ(volume.active_voxels(), loaded.volume->active_voxels());
+    return volume.mended();
+  };
+  EXPECT_EQ(mended([](Copy&) {}).not_numbers.count, 0u);
+  const auto active = [](Copy& c) -> float& {
+    return c.leaf().mValues[*c.leaf().mValueMask.beginOn()];
+  };
+  EXPECT_EQ(mended([&](Copy& c) { active(c) = std::nanf(""); }).not_numbers.count, 1u);
+  const MendedValues above = mended([&](Copy& c) { active(c) = 2e12f; });
+  EXPECT_EQ(above.above.count, 1u);
+  EXPECT_EQ(above.below.count, 0u);
+  EXPECT_EQ(above.largest, loaded.volume->maximum());
+  const MendedValues below = mended([&](Copy& c) { active(c) = -INFINITY; });
+  EXPECT_EQ(below.below.count, 1u);
+  EXPECT_GT(below.smallest, 0.0f);  // every voxel of the ball is above 0
+  // What is not active becomes 0, and does not count.
+  const MendedValues tile = mended([&](Copy& c) {
     for (std::uint32_t n = 0; n < 4096; ++n) {
       if (c.lower().mChildMask.isOn(n)) continue;
-      c.lower().mTable[n].value = std::nanf("");
+      c.lower().mTable[n].value = INFINITY;
       return;
     }
   });
+  EXPECT_EQ(tile.above.count, 0u);
+  EXPECT_FALSE(tile.background);
 }
 
 // ---- A dense grid, and the same from a file

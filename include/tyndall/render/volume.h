@@ -49,13 +49,27 @@ class ValueCounts {
   std::vector<std::uint64_t> counts_ = std::vector<std::uint64_t>(bins);
 };
 
+/// Values that a volume cannot have, and what they were made. Voxels are active ones; they count
+/// once, however many of their channels are strange.
+struct MendedValues {
+  struct Voxels {
+    std::uint64_t count = 0;
+    glm::ivec3 first{0};  ///< in index space, the first by x, then y, then z
+  };
+  Voxels not_numbers;  ///< made 0
+  /// Infinite, or beyond limits::density: made the largest, or the smallest, value of the others.
+  Voxels above, below;
+  float largest = 0, smallest = 0;
+  bool background = false;  ///< was one of them: made 0, as are inactive values
+};
+
 /// One grid of floats (as they are, or in NanoVDB's Fp4, Fp8, Fp16, FpN) or of colours (Vec3f).
 /// Every offset leads to a whole, aligned node within the buffer, every value is finite, and the
 /// minimum and maximum of every node are those of all its values, active or not.
 class Volume {
  public:
   /// \param buffer of `size` bytes, 32-byte aligned, which is kept and whose nodes' minima and
-  /// maxima are written. \throws DamagedVolume
+  /// maxima are written; strange values are mended in it. \throws DamagedVolume
   Volume(std::shared_ptr<std::byte> buffer, std::size_t size, int threads = 0);
 
   const std::byte* bytes() const { return buffer_.get(); }
@@ -78,6 +92,7 @@ class Volume {
   float maximum() const { return maximum_; }
   /// How many active voxels there are of each kind of value; of a grid of colours: none.
   const ValueCounts& counts() const { return counts_; }
+  const MendedValues& mended() const { return mended_; }
 
   /// \return the grid as walks read it; field space is index space from low() on.
   SparseGrid view() const;
@@ -95,6 +110,7 @@ class Volume {
   glm::dmat4 to_world_{1.0};
   float background_ = 0, minimum_ = 0, maximum_ = 0;
   ValueCounts counts_;
+  MendedValues mended_;
 };
 
 /// \return the grid's own world space to the field space of `field`, see scene::SparseGrid::Fit.

@@ -18,8 +18,8 @@ class GridBuffer {
  public:
   GridBuffer(std::uint64_t size = 0) : size_(size) {
     if (size == 0) return;
-    if (::ftruncate(grid_descriptor, static_cast<off_t>(size)) != 0) throw std::bad_alloc();
-    void* p = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, grid_descriptor, 0);
+    if (::ftruncate(memory_descriptor, static_cast<off_t>(size)) != 0) throw std::bad_alloc();
+    void* p = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, memory_descriptor, 0);
     if (p == MAP_FAILED) throw std::bad_alloc();
     data_ = static_cast<std::uint8_t*>(p);
   }

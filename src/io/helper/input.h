@@ -17,6 +17,8 @@ struct Failure {
   Json grids = {};
 };
 
+inline constexpr const char* too_much_memory = "it asks for more memory than there is for it";
+
 [[noreturn]] void damaged(const std::string& message);
 
 /// For libraries that open files by name.

@@ -1,4 +1,4 @@
-// tyndall-vdb: see io/helper/protocol.h.
+// tyndall-image and tyndall-vdb: see io/helper/protocol.h.
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -16,12 +16,18 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <tbb/global_control.h>
 
 #include "io/helper/input.h"
+#include "io/helper/protocol.h"
+#if TYNDALL_READS_IMAGES
+#include "io/helper/images.h"
+#else
+#include <tbb/global_control.h>
+
 #include "io/helper/nanovdb_grids.h"
 #include "io/helper/openvdb_grids.h"
-#include "io/helper/protocol.h"
+#include "render/startable_threads.h"
+#endif
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define COUNT_ALLOCATIONS 1
@@ -57,6 +63,12 @@ void operator delete[](void* p, std::size_t) noexcept { std::free(p); }
 
 namespace tyndall::io {
 namespace {
+
+#if TYNDALL_READS_IMAGES
+
+Json run(const std::vector<std::string>&) { return read_image(); }
+
+#else
 
 /// \return the index of the grid that is asked for; none where there is none and it
 /// `may_be_absent`. The unique name "density[1]" wins over the plain one.
@@ -121,21 +133,6 @@ void require_format(bool nano) {
   throw Failure{error_format, what};
 }
 
-void limit(std::uint64_t memory, std::uint64_t seconds) {
-  const auto set = [](int what, std::uint64_t value) {
-    const struct rlimit bound { value, value };
-    ::setrlimit(static_cast<__rlimit_resource>(what), &bound);
-  };
-  set(RLIMIT_CPU, seconds);
-  set(RLIMIT_CORE, 0);
-#if COUNT_ALLOCATIONS
-  free_bytes = static_cast<std::int64_t>(memory);
-#else
-  set(RLIMIT_AS, memory);
-#endif
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody waits for an orphan
-}
-
 /// [byte] What this program may take, and what the machine has free.
 std::uint64_t memory_there(const std::string& limit) {
   std::uint64_t there = std::strtoull(limit.c_str(), nullptr, 10);
@@ -171,12 +168,31 @@ Json read_grids(File&& file, const std::vector<std::string>& words) {
 }
 
 Json run(const std::vector<std::string>& words) {
+  // oneTBB hangs or aborts where it cannot start a thread.
+  const tbb::global_control few(tbb::global_control::max_allowed_parallelism,
+                                static_cast<std::size_t>(startable_threads(8)));
   if (words[0] == "mesh")
     return Json{{"loaded", voxelize(std::atoi(words.at(3).c_str()), memory_there(words[1]))}};
   const bool nano = words.at(3) == "nvdb";
   if (words[0] == "write") return write_grids(nano);
   require_format(nano);
   return nano ? read_grids(NanoFile(), words) : read_grids(VdbFile(), words);
+}
+#endif
+
+void limit(std::uint64_t memory, std::uint64_t seconds) {
+  const auto set = [](int what, std::uint64_t value) {
+    const struct rlimit bound { value, value };
+    ::setrlimit(static_cast<__rlimit_resource>(what), &bound);
+  };
+  set(RLIMIT_CPU, seconds);
+  set(RLIMIT_CORE, 0);
+#if COUNT_ALLOCATIONS
+  free_bytes = static_cast<std::int64_t>(memory);
+#else
+  set(RLIMIT_AS, memory);
+#endif
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody waits for an orphan
 }
 
 /// [byte] The most that this program had resident. What the kernel tells the parent (ru_maxrss)
@@ -206,7 +222,7 @@ int main(int argc, char** argv) {
   using namespace tyndall::io;
   const std::vector<std::string> words(argv + 1, argv + argc);
   if (words.size() < 3) {
-    ::dprintf(STDERR_FILENO, "%s: a part of Tyndall, for its own use\n", helper_name);
+    ::dprintf(STDERR_FILENO, "%s: a part of Tyndall, for its own use\n", argv[0]);
     return 2;
   }
   limit(std::strtoull(words[1].c_str(), nullptr, 10), std::strtoull(words[2].c_str(), nullptr, 10));
@@ -216,14 +232,13 @@ int main(int argc, char** argv) {
     report["message"] = message;
   };
   try {
-    const tbb::global_control few(tbb::global_control::max_allowed_parallelism, 8);
     report = run(words);
     report["resident"] = most_resident();
   } catch (const Failure& failure) {
     failed(failure.kind, failure.message);
     report["grids"] = failure.grids;
   } catch (const std::bad_alloc&) {
-    failed(error_memory, "it asks for more memory than there is for it");
+    failed(error_memory, too_much_memory);
   } catch (const std::exception& error) {
     failed(error_damaged, error.what());
   }

@@ -18,7 +18,6 @@
 #include <nanovdb/util/NanoToOpenVDB.h>
 #include <nanovdb/util/OpenToNanoVDB.h>
 #include <openvdb/openvdb.h>
-#include <openvdb/tools/ChangeBackground.h>
 #include <openvdb/tools/Dense.h>
 #include <openvdb/tools/MeshToVolume.h>
 #include <openvdb/tools/Prune.h>
@@ -102,84 +101,44 @@ Json describe(const openvdb::GridBase& grid, const std::string& unique_name) {
   return d;
 }
 
-/// \return the largest magnitude of a value up to 1e12, or 1e12 where there is none.
+/// \return "negative", the number of active voxels that are so, and "most", the largest magnitude
+/// of a value: of those up to 1e12, as Volume mends what is beyond (tyndall/render/volume.h).
 template <class Grid>
-float largest_value(Grid& grid) {
+Json examine(Grid& grid) {
   using Value = typename Grid::ValueType;
   constexpr float bound = 1e12f;
-  float most = 0;
-  const auto see = [](const Value& v, float& largest) {
-    const auto channel = [&](float x) {
-      if (std::abs(x) <= bound) largest = std::max(largest, std::abs(x));
-    };
-    if constexpr (openvdb::VecTraits<Value>::IsVec)
-      channel(v[0]), channel(v[1]), channel(v[2]);
-    else
-      channel(v);
-  };
-  openvdb::tree::LeafManager<typename Grid::TreeType> leaves(grid.tree());
-  std::vector<float> of_leaf(leaves.leafCount(), 0.0f);
-  leaves.foreach ([&](auto& leaf, std::size_t i) {
-    for (auto v = leaf.cbeginValueOn(); v; ++v) see(*v, of_leaf[i]);
-  });
-  for (const float m : of_leaf) most = std::max(most, m);
-  auto tile = grid.tree().cbeginValueOn();
-  for (tile.setMaxDepth(decltype(tile)::LEAF_DEPTH - 1); tile; ++tile) see(*tile, most);
-  return most > 0 ? most : bound;
-}
+  struct Seen {
+    float most = 0;
+    std::uint64_t negative = 0;
 
-/// Makes NaN 0, and what is infinite or beyond 1e12 the largest value that is not; counts them.
-template <class Grid>
-Json sanitize(Grid& grid) {
-  using Value = typename Grid::ValueType;
-  constexpr float bound = 1e12f;
-  const float most = largest_value(grid);
-  std::atomic<std::uint64_t> strange{0}, huge{0}, negative{0};
-  const auto channel = [&](auto x) {
-    if (x != x) return decltype(x)(0);
-    return std::abs(x) > bound ? decltype(x)(x > 0 ? most : -most) : x;
-  };
-  /// \return whether `is` holds for a channel.
-  const auto any = [](const Value& v, const auto& is) {
-    if constexpr (openvdb::VecTraits<Value>::IsVec)
-      return is(v[0]) || is(v[1]) || is(v[2]);
-    else
-      return is(v);
-  };
-  const auto mended = [&](const Value& v, std::uint64_t active_voxels) {
-    if (active_voxels > 0) {
-      strange += active_voxels * any(v, [](auto x) { return x != x; });
-      huge += active_voxels * any(v, [](auto x) { return std::abs(x) > bound; });
-      negative += active_voxels * any(v, [](auto x) { return x < 0 && x >= -bound; });
+    void add(const Value& v, std::uint64_t voxels) {
+      bool is_negative = false;
+      const auto channel = [&](float x) {
+        if (!(std::abs(x) <= bound)) return;
+        most = std::max(most, std::abs(x));
+        is_negative = is_negative || x < 0;
+      };
+      if constexpr (openvdb::VecTraits<Value>::IsVec)
+        channel(v[0]), channel(v[1]), channel(v[2]);
+      else
+        channel(v);
+      if (is_negative) negative += voxels;
     }
-    if constexpr (openvdb::VecTraits<Value>::IsVec)
-      return Value(channel(v[0]), channel(v[1]), channel(v[2]));
-    else
-      return channel(v);
   };
-  const Value background = grid.background(), good = mended(background, 0);
-  // An infinite background would fill all space.
-  const bool strange_background = good != background;
-  if (strange_background) openvdb::tools::changeBackground(grid.tree(), openvdb::zeroVal<Value>());
   openvdb::tree::LeafManager<typename Grid::TreeType> leaves(grid.tree());
-  leaves.foreach ([&](auto& leaf, std::size_t) {
-    for (openvdb::Index n = 0; n < leaf.size(); ++n) {
-      const Value v = leaf.getValue(n), m = mended(v, leaf.isValueOn(n));
-      if (!(v == m)) leaf.setValueOnly(n, m);
-    }
+  std::vector<Seen> of_leaf(leaves.leafCount());
+  leaves.foreach ([&](auto& leaf, std::size_t i) {
+    for (auto v = leaf.cbeginValueOn(); v; ++v) of_leaf[i].add(*v, 1);
   });
-  auto tile = grid.tree().beginValueAll();
-  for (tile.setMaxDepth(decltype(tile)::LEAF_DEPTH - 1); tile; ++tile) {
-    const Value v = tile.getValue(), m = mended(v, tile.isValueOn() ? tile.getVoxelCount() : 0);
-    if (!(v == m)) tile.setValue(m);
+  Seen all;
+  for (const Seen& seen : of_leaf) {
+    all.most = std::max(all.most, seen.most);
+    all.negative += seen.negative;
   }
-  Json counts;
-  counts["not_numbers"] = strange.load();
-  counts["huge"] = huge.load();
-  counts["most"] = most;
-  counts["negative"] = negative.load();
-  counts["strange_background"] = strange_background;
-  return counts;
+  auto tile = grid.tree().cbeginValueOn();
+  for (tile.setMaxDepth(decltype(tile)::LEAF_DEPTH - 1); tile; ++tile)
+    all.add(*tile, tile.getVoxelCount());
+  return {{"negative", all.negative}, {"most", all.most > 0 ? all.most : bound}};
 }
 
 template <class To, class From>
@@ -194,7 +153,7 @@ typename To::Ptr converted(const From& grid) {
 
 template <class Grid>
 Json store(Grid& grid) {
-  Json loaded = sanitize(grid);
+  Json loaded = examine(grid);
   if constexpr (std::is_same_v<typename Grid::ValueType, float>) {
     // Some writers leave a background of 0, and no sign to what is not in the band.
     const float width = loaded["most"];
@@ -563,7 +522,7 @@ Json write_grids(bool nano) {
     grids.push_back(grid);
   }
 
-  const std::string target = fmt::format("/proc/self/fd/{}", grid_descriptor);
+  const std::string target = fmt::format("/proc/self/fd/{}", memory_descriptor);
   if (!nano) {
     openvdb::io::File file(target);
     file.write(grids, metadata);

@@ -20,7 +20,7 @@ class VdbFile {
   const Json& grids() const { return grids_; }
   /// The file's, keys and texts.
   const Json& metadata() const { return metadata_; }
-  /// \return "checksum", "grid_bytes", and counts of what was mended. \throws Failure
+  /// \return "checksum", "grid_bytes", "negative" (active voxels). \throws Failure
   Json load(std::size_t grid);
 
  private:

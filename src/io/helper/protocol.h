@@ -1,13 +1,14 @@
 /// \file
-/// What crosses the border between Tyndall and its helper, tyndall-vdb, which reads files that may
-/// be damaged and may die of them, and writes grids.
+/// What crosses the border between Tyndall and its helpers, which read files that may be damaged
+/// and may die of them: tyndall-vdb reads and writes volumes, tyndall-image reads images.
 ///
-///   tyndall-vdb COMMAND MEMORY SECONDS [ARGUMENT...]
+///   HELPER COMMAND MEMORY SECONDS [ARGUMENT...]
 ///
 /// MEMORY [byte] and SECONDS of processor time are its limits. Standard input is the file, standard
-/// output gets one JSON object. File descriptor `grid_descriptor` is an empty memory file for the
-/// grid. Commands:
+/// output gets one JSON object. File descriptor `memory_descriptor` is an empty memory file for
+/// what is read. Commands:
 ///
+///   image                     an image of the sky, by tyndall-image
 ///   list                      what grids the file has
 ///   load DEFAULT [GRID]       the grid named GRID, or the one named DEFAULT
 ///   load-any DEFAULT [GRID]   the same, or one without voxels where the file has no such grid
@@ -22,7 +23,10 @@
 ///
 /// The object has "error" and "message", or "grids" and "metadata" (list, load), "loaded" (load,
 /// mesh) and "checksum" (load, mesh): Hasher's of the memory file's words, in hexadecimal; "absent"
-/// where load-any found no such grid. And "resident" [byte], the most that the helper had.
+/// where load-any found no such grid. And "resident" [byte], the most that the helper had. An image
+/// is "image" ("width", "height" and "checksum" of its RGB floats, linear Rec. 709 from the top
+/// left), or a "problem" that keeps it from being a sky; "warnings", and "told": what the file says
+/// of it, for people.
 #pragma once
 
 #include <cstddef>
@@ -36,10 +40,11 @@
 
 namespace tyndall::io {
 
-inline constexpr int grid_descriptor = 3;
+inline constexpr int memory_descriptor = 3;
 /// Larger numbers are cut, where floats have 16 bits.
 inline constexpr float largest_half = 65504.0f;
-inline constexpr const char* helper_name = "tyndall-vdb";
+inline constexpr const char* volume_helper = "tyndall-vdb";
+inline constexpr const char* image_helper = "tyndall-image";
 
 // Values of "error".
 inline constexpr const char* error_damaged = "damaged";

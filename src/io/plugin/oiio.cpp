@@ -2,32 +2,17 @@
 #include "io/plugin/oiio.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 #include <fstream>
 #include <string>
 #include <string_view>
-#include <vector>
 
-#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 namespace {
-
-std::vector<unsigned char> encode(int width, int height, const unsigned char* rgb,
-                                  std::string& problem) {
-  OIIO::ImageSpec spec(width, height, 3, OIIO::TypeDesc::UINT8);
-  spec.attribute("oiio:ColorSpace", "sRGB");
-  std::vector<unsigned char> bytes;
-  OIIO::Filesystem::IOVecOutput memory(bytes);
-  const auto output = OIIO::ImageOutput::create("png", &memory);
-  if (!output)
-    problem = OIIO::geterror();
-  else if (!output->open("memory.png", spec) || !output->write_image(OIIO::TypeDesc::UINT8, rgb)
-           || !output->close())
-    problem = output->geterror();
-  return bytes;
-}
 
 /// \return OpenImageIO's name of a file's format, by how it begins; empty for what no sky is kept
 /// in. OpenImageIO itself would try dozens of readers one after the other, medical ones among them.
@@ -37,57 +22,87 @@ std::string format_of(const char* path) {
   const struct {
     std::string_view begins;
     const char* format;
-  } formats[] = {{"\x76\x2f\x31\x01", "openexr"},
-                 {"#?RADIANCE", "hdr"},
-                 {"#?RGBE", "hdr"},
-                 {"\x89PNG", "png"},
-                 {"\xff\xd8\xff", "jpeg"},
-                 {{"II*\0", 4}, "tiff"},
-                 {{"MM\0*", 4}, "tiff"},
-                 {"PF", "pnm"},
-                 {"Pf", "pnm"}};
+  } formats[] = {{"\x89PNG", "png"},     {"\xff\xd8\xff", "jpeg"},
+                 {{"II*\0", 4}, "tiff"}, {{"MM\0*", 4}, "tiff"},
+                 {{"II+\0", 4}, "tiff"}, {{"MM\0+", 4}, "tiff"},
+                 {"PF", "pnm"},          {"Pf", "pnm"}};
   for (const auto& [begins, format] : formats)
     if (head.compare(0, begins.size(), begins) == 0) return format;
   return "";
 }
 
+/// What integers mean: 0 linear, 1 the sRGB curve, else a power.
+double curve_of(const OIIO::ImageSpec& spec) {
+  if (spec.format.is_floating_point()) return 0;
+  const double gamma = double{spec.get_float_attribute("oiio:Gamma", 0.0f)};
+  const bool is_linear = spec.get_string_attribute("oiio:ColorSpace", "sRGB") == "Linear";
+  if (is_linear) return 0;
+  // PNG writers say 1 / 2.2 where they mean the curve.
+  return gamma > 0 && std::abs(gamma - 2.2) > 0.05 ? gamma : 1;
+}
+
 /// \return the problem, empty for none.
-std::string read(const char* path, TyndallRoom* room, void* user, int& on_curve) {
+std::string read(const char* path, TyndallRoom* room, TyndallTell* tell, void* user) {
   const std::string format = format_of(path);
   if (format.empty()) return "of another format than .exr, .hdr, .png, .jpg, .tif or .pfm";
   const auto input = OIIO::ImageInput::create(format);
   if (!input) return OIIO::geterror();
   OIIO::ImageSpec spec;
   if (!input->open(path, spec)) return input->geterror();
-  constexpr long long most = 1 << 28;
   if (spec.deep || spec.depth > 1 || spec.width < 1 || spec.height < 1 || spec.nchannels < 1)
     return "not a flat image";
-  if (static_cast<long long>(spec.width) * spec.height > most) return "more than 2^28 pixels";
-  // No format that light is kept in packs more than a thousand pixels into a byte.
-  const long long pixels = static_cast<long long>(spec.width) * spec.height,
-                  bytes = static_cast<long long>(OIIO::Filesystem::file_size(path));
-  if (pixels / 2000 > bytes)
-    return "claims " + std::to_string(pixels) + " pixels in " + std::to_string(bytes) + " bytes";
-  // Radiance files and the like are linear, whatever they say.
-  on_curve = !spec.format.is_floating_point()
-             && spec.get_string_attribute("oiio:ColorSpace", "sRGB") != "Linear";
+  if (spec.get_string_attribute("textureformat").find("CubeFace") != std::string::npos)
+    return "a cube of six faces: write it by longitude and latitude";
+  const std::string projection = spec.get_string_attribute("GPano:ProjectionType");
+  if (!projection.empty() && projection != "equirectangular")
+    return "a panorama of projection '" + projection.substr(0, 40)
+           + "': write it by longitude and latitude";
+
+  TyndallImage image{};
+  image.width = spec.width;
+  image.height = spec.height;
+  image.left = spec.x - spec.full_x;
+  image.top = spec.y - spec.full_y;
+  image.whole_width = spec.full_width;
+  image.whole_height = spec.full_height;
+  image.orientation = spec.get_int_attribute("Orientation", 1);
+  image.curve = curve_of(spec);
+  const std::string profile = spec.get_string_attribute("ICCProfile:profile_description");
+  std::string names;
+  for (const std::string& name : spec.channelnames) names += (names.empty() ? "" : ", ") + name;
+  tell(user, "format", format == "pnm" ? "pfm" : format.c_str());
+  tell(user, "pixels", spec.format.c_str());
+  tell(user, "channels", names.c_str());
+  if (!profile.empty()) tell(user, "color profile", profile.c_str());
+  if (spec.find_attribute("ICCProfile") && profile.find("sRGB") == std::string::npos)
+    tell(user, nullptr,
+         ("its color profile" + (profile.empty() ? "" : " '" + profile.substr(0, 60) + "'")
+          + " is not applied: its colors count as those of Rec. 709")
+             .c_str());
+  float* const rgb = room(user, &image);
+  if (rgb == nullptr) return "";
   const int channels = spec.nchannels < 3 ? 1 : 3;
-  float* const rgb = room(user, spec.width, spec.height);
   if (!input->read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, rgb)) return input->geterror();
   if (channels == 1) {
     for (std::size_t i = static_cast<std::size_t>(spec.width) * spec.height; i-- > 0;)
       rgb[3 * i] = rgb[3 * i + 1] = rgb[3 * i + 2] = rgb[i];
   }
+  if (input->seek_subimage(1, 0))
+    tell(user, nullptr, "it holds several images: the first one is taken");
   return "";
 }
 
-/// Runs `work`, which returns its problem. No exception may cross the border.
-template <class Work>
-int guarded(char* message, std::size_t message_size, const Work& work) {
+}  // namespace
+
+int tyndall_read_image_2(const char* path, TyndallRoom* room, TyndallTell* tell, void* user,
+                         char* message, std::size_t message_size) {
   std::string problem;
-  try {
-    problem = work();
+  try {  // no exception may cross the border
+    OIIO::attribute("threads", 1);
+    problem = read(path, room, tell, user);
     if (problem.empty()) return 0;
+  } catch (const std::bad_alloc&) {
+    problem = "out of memory";
   } catch (const std::exception& error) {
     problem = error.what();
   }
@@ -95,22 +110,4 @@ int guarded(char* message, std::size_t message_size, const Work& work) {
   std::memcpy(message, problem.data(), length);
   message[length] = '\0';
   return 1;
-}
-
-}  // namespace
-
-int tyndall_encode_png_1(int width, int height, const unsigned char* rgb, TyndallSink sink,
-                         void* user, char* message, std::size_t message_size) {
-  return guarded(message, message_size, [&] {
-    std::string problem;
-    const std::vector<unsigned char> bytes = encode(width, height, rgb, problem);
-    if (problem.empty() && bytes.empty()) problem = "OpenImageIO wrote nothing";
-    if (problem.empty()) sink(user, bytes.data(), bytes.size());
-    return problem;
-  });
-}
-
-int tyndall_read_image_1(const char* path, TyndallRoom* room, void* user, int* on_curve,
-                         char* message, std::size_t message_size) {
-  return guarded(message, message_size, [&] { return read(path, room, user, *on_curve); });
 }

@@ -138,7 +138,10 @@ void values() {
   strange->tree().setValue(Coord(1, 0, 0), infinite);
   strange->tree().setValue(Coord(2, 0, 0), -infinite);
   strange->tree().setValue(Coord(3, 0, 0), 1e30f);
+  strange->tree().setValue(Coord(4, 0, 0), -1e6f);
   write("strange_values", {strange});
+  auto nano = nanovdb::openToNanoVDB(*strange);
+  nanovdb::io::writeGrid((folder / "strange_values.nvdb").string(), nano);
   auto strange_colors = openvdb::Vec3SGrid::create();
   strange_colors->tree().setValue(Coord(0, 0, 0), openvdb::Vec3s(nan, nan, 1));
   strange_colors->tree().setValue(Coord(1, 0, 0), openvdb::Vec3s(-1, -2, 1));

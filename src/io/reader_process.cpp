@@ -1,0 +1,315 @@
+#include "io/reader_process.h"
+
+#include <dlfcn.h>
+#include <fcntl.h>
+#include <link.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <system_error>
+
+#include <fmt/format.h>
+
+#include "io/helper/protocol.h"
+#include "render/startable_threads.h"
+#include "tyndall/render/error.h"
+
+namespace tyndall::io {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+[[noreturn]] void fail(const std::string& path, const std::string& why) {
+  throw Error(ExitCode::input_missing, fmt::format("{}: {}", path, why));
+}
+[[noreturn]] void fail_for_memory(const std::string& path, const std::string& why) {
+  throw Error(ExitCode::out_of_memory, fmt::format("{}: {}", path, why));
+}
+
+/// Of the program or shared library that this is part of.
+fs::path own_folder() {
+  Dl_info self{};
+  void* map = nullptr;
+  ::dladdr1(reinterpret_cast<const void*>(&own_folder), &self, &map, RTLD_DL_LINKMAP);
+  // A program has no name there, and what it was called is no path where a shell looked it up.
+  const char* library = map ? static_cast<const struct link_map*>(map)->l_name : "";
+  if (*library != '\0') return fs::canonical(library).parent_path();
+  // Unlike canonical(), this works also where a new program has taken its place since.
+  return fs::read_symlink("/proc/self/exe").parent_path();
+}
+
+/// Beside the program (or library), in the folder above it (the tests of a build), or where an
+/// installation puts it.
+std::string helper_program(const char* name) {
+  const fs::path bin = own_folder();
+  std::vector<fs::path> folders{bin, bin.parent_path()};
+#ifdef TYNDALL_HELPER_DIR
+  folders.push_back((bin / TYNDALL_HELPER_DIR).lexically_normal());
+#endif
+  std::string looked;
+  for (const fs::path& folder : folders) {
+    if (::access((folder / name).c_str(), X_OK) == 0) return folder / name;
+    looked += (looked.empty() ? "" : ", ") + folder.string();
+  }
+  throw Error(
+      ExitCode::input_missing,
+      fmt::format("{}, which reads {}, was not found in {}: build Tyndall with {} (`scripts/setup` "
+                  "installs it), or install it anew",
+                  name, name == image_helper ? "images" : "volumes", looked,
+                  name == image_helper ? "OpenEXR" : "OpenVDB"));
+}
+
+/// What the child may take: far more than any sound file of this size needs, also where others keep
+/// the processors busy.
+struct Limits {
+  std::uint64_t memory;  ///< [byte]
+  std::uint64_t cpu;     ///< [s] of processor time
+  std::uint64_t clock;   ///< [s]
+};
+
+/// \param voxels along the longest side of a mesh: what it takes follows the area of its faces, of
+/// which few have more than ten times the square of that. 0: no mesh
+Limits limits_for(std::uint64_t file_size, int voxels) {
+  const std::uint64_t megabytes = file_size / 1000000;
+  const auto square = static_cast<std::uint64_t>(voxels) * static_cast<std::uint64_t>(voxels);
+  const std::uint64_t seconds = megabytes + square / 10000;
+  return {(std::uint64_t{2} << 30) + 64 * file_size + 4096 * square, 6 + seconds, 8 + 4 * seconds};
+}
+
+/// Waits for a child; kills it when nobody waits any longer.
+class Child {
+ public:
+  explicit Child(pid_t id) : id_(id) {}
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+  ~Child() {
+    if (id_ <= 0) return;
+    ::kill(id_, SIGKILL);
+    wait();
+  }
+
+  int wait() {
+    int status = 0;
+    struct rusage used {};
+    while (::wait4(id_, &status, 0, &used) < 0 && errno == EINTR) {
+    }
+    id_ = -1;
+    cpu_seconds_ = static_cast<std::uint64_t>(used.ru_utime.tv_sec + used.ru_stime.tv_sec);
+    return status;
+  }
+  std::uint64_t cpu_seconds() const { return cpu_seconds_; }  ///< after wait()
+
+ private:
+  pid_t id_;
+  std::uint64_t cpu_seconds_ = 0;
+};
+
+struct SpawnActions {
+  posix_spawn_file_actions_t actions;
+  posix_spawnattr_t attributes;
+
+  SpawnActions() {
+    ::posix_spawn_file_actions_init(&actions);
+    ::posix_spawnattr_init(&attributes);
+  }
+  SpawnActions(const SpawnActions&) = delete;
+  SpawnActions& operator=(const SpawnActions&) = delete;
+  ~SpawnActions() {
+    ::posix_spawn_file_actions_destroy(&actions);
+    ::posix_spawnattr_destroy(&attributes);
+  }
+};
+
+/// A number above those that the child is given, lest giving one closes another.
+Descriptor out_of_the_way(Descriptor d) {
+  return Descriptor(::fcntl(d.number(), F_DUPFD_CLOEXEC, memory_descriptor + 1));
+}
+
+pid_t spawn(const std::string& path, const std::vector<std::string>& words, int file, int report,
+            int memory) {
+  const std::string program = helper_program(words[0] == "image" ? image_helper : volume_helper);
+  std::vector<char*> arguments{const_cast<char*>(program.c_str())};
+  for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+  arguments.push_back(nullptr);
+
+  SpawnActions spawn;
+  ::posix_spawn_file_actions_adddup2(&spawn.actions, file, STDIN_FILENO);
+  ::posix_spawn_file_actions_adddup2(&spawn.actions, report, STDOUT_FILENO);
+  ::posix_spawn_file_actions_addopen(&spawn.actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  ::posix_spawn_file_actions_adddup2(&spawn.actions, memory, memory_descriptor);
+  // Other libraries of this process may have files open for inheritance.
+  ::posix_spawn_file_actions_addclosefrom_np(&spawn.actions, memory_descriptor + 1);
+  // No signal that this process blocks or ignores is so in the child.
+  sigset_t none, all;
+  ::sigemptyset(&none);
+  ::sigfillset(&all);
+  ::posix_spawnattr_setsigmask(&spawn.attributes, &none);
+  ::posix_spawnattr_setsigdefault(&spawn.attributes, &all);
+  ::posix_spawnattr_setflags(&spawn.attributes, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+  pid_t id = -1;
+  const int error = ::posix_spawn(&id, program.c_str(), &spawn.actions, &spawn.attributes,
+                                  arguments.data(), environ);
+  if (error == EAGAIN || error == ENOMEM)
+    fail_for_memory(path, fmt::format("its reader cannot be started: {}: too many processes are "
+                                      "running (ulimit -u), or too little memory is free",
+                                      std::strerror(error)));
+  if (error != 0)
+    throw Error(ExitCode::internal,
+                fmt::format("{} cannot be started: {}", program, std::strerror(error)));
+  return id;
+}
+
+/// All that the child writes, until it ends or `deadline`. \return whether it ended.
+bool read_report(int from, Clock::time_point deadline, std::string& text) {
+  constexpr std::size_t most = std::size_t{64} << 20;
+  char block[1 << 16];
+  for (;;) {
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
+    if (left <= 0 || text.size() > most) return false;
+    struct pollfd waiting {
+      from, POLLIN, 0
+    };
+    if (::poll(&waiting, 1, static_cast<int>(std::min<long>(left, 1000))) <= 0) continue;
+    const ssize_t n = ::read(from, block, sizeof block);
+    if (n == 0) return true;
+    if (n > 0) text.append(block, static_cast<std::size_t>(n));
+  }
+}
+
+std::string signal_name(int signal) {
+  const char* name = ::sigabbrev_np(signal);
+  return name ? fmt::format("SIG{}", name) : fmt::format("signal {}", signal);
+}
+
+/// \return why the helper may lack memory although the file is sound: the limit that this process
+/// inherited; empty where it has all that it may use.
+std::string helper_shortage(std::uint64_t memory) {
+  struct rlimit limit {};
+  if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY
+      || limit.rlim_cur >= memory)
+    return "";
+  return fmt::format(
+      "its reader may use {} MB (ulimit -v), which may be too little: raise the "
+      "limit",
+      limit.rlim_cur / 1000000);
+}
+
+}  // namespace
+
+void Descriptor::close() {
+  if (number_ >= 0) ::close(std::exchange(number_, -1));
+}
+
+std::uint64_t Descriptor::size() const {
+  struct stat status {};
+  ::fstat(number_, &status);
+  return static_cast<std::uint64_t>(status.st_size);
+}
+
+Descriptor open_input(const std::string& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) fail(path, "is a folder");
+  Descriptor file = Descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (file.number() < 0) {
+    const bool is_numbered = path.find("##") != path.npos;
+    fail(path, errno != ENOENT ? std::strerror(errno)
+               : is_numbered   ? "no such file; ## is a frame's number: name frames with --frames"
+                               : "no such file");
+  }
+  struct stat status {};
+  if (::fstat(file.number(), &status) != 0 || !S_ISREG(status.st_mode))
+    fail(path, "is no regular file");
+  return out_of_the_way(std::move(file));
+}
+
+Descriptor memory_file() {
+  Descriptor file(::memfd_create("tyndall-memory", MFD_CLOEXEC));
+  if (file.number() < 0)
+    throw Error(ExitCode::out_of_memory, fmt::format("no memory file: {}", std::strerror(errno)));
+  return out_of_the_way(std::move(file));
+}
+
+std::string cut(const std::string& text, std::size_t most) {
+  return text.size() <= most ? text : text.substr(0, most) + "...";
+}
+
+Json call_helper(const std::string& path, const Descriptor& file, const Descriptor& memory,
+                 std::vector<std::string> words, int voxels) {
+  const Limits limits = limits_for(file.size(), voxels);
+  words.insert(words.begin() + 1, {std::to_string(limits.memory), std::to_string(limits.cpu)});
+
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0)
+    throw Error(ExitCode::internal, fmt::format("no pipe: {}", std::strerror(errno)));
+  const Descriptor output = out_of_the_way(Descriptor(ends[0]));
+  Descriptor input = out_of_the_way(Descriptor(ends[1]));
+  Child child(spawn(path, words, file.number(), input.number(), memory.number()));
+  input.close();
+
+  // A reader that lacks what this process lacks fails for that, whatever it says.
+  const std::string shortage = helper_shortage(limits.memory);
+  const auto refuse = [&](const std::string& why) {
+    if (!shortage.empty()) fail_for_memory(path, fmt::format("not read: {}", shortage));
+    constexpr int of_helper = 8;  // threads: libraries start some of their own
+    if (startable_threads(of_helper) < of_helper)
+      fail_for_memory(path,
+                      "not read: the system starts too few threads: raise the limit of "
+                      "processes (ulimit -u)");
+    fail(path, why);
+  };
+  std::string text;
+  const auto deadline = Clock::now() + std::chrono::seconds(limits.clock);
+  const bool ended = read_report(output.number(), deadline, text);
+  if (!ended && voxels > 0)
+    refuse(
+        fmt::format("{} voxels took longer than {} s: given up; where the machine is busy, try "
+                    "again, or lower \"voxels\"",
+                    voxels, limits.clock));
+  if (!ended)
+    refuse(
+        fmt::format("damaged, or too slow to read: given up after {} s; where the machine is "
+                    "busy, try again",
+                    limits.clock));
+  const int result = child.wait();
+  if (WIFSIGNALED(result)) {
+    const int signal = WTERMSIG(result);
+    if (signal == SIGXFSZ)
+      throw Error(ExitCode::output_failed,
+                  fmt::format("{}: its contents are larger than files, also those in memory, may "
+                              "be (ulimit -f)",
+                              path));
+    if (signal == SIGKILL && child.cpu_seconds() + 1 < limits.cpu)
+      fail_for_memory(path, "its reader was killed, as the system does where memory runs out");
+    if (voxels > 0 && (signal == SIGXCPU || signal == SIGKILL))
+      refuse(fmt::format("{} voxels took more than {} s of processor time; lower \"voxels\"",
+                         voxels, limits.cpu));
+    if (signal == SIGXCPU || signal == SIGKILL)
+      refuse(fmt::format("damaged: reading it took more than {} s of processor time, and was ended",
+                         limits.cpu));
+    refuse(fmt::format("damaged: the library that reads it crashed ({}); nothing else came to harm",
+                       signal_name(signal)));
+  }
+  Json report = Json::parse(text, nullptr, false);
+  if (WEXITSTATUS(result) != 0 || !report.is_object())
+    refuse("damaged: the library that reads it failed without a word");
+  const std::string kind = report.value("error", "");
+  if (!shortage.empty() && (kind == error_memory || kind == error_damaged))
+    fail_for_memory(
+        path, fmt::format("not read ({}): {}", cut(report.value("message", ""), 200), shortage));
+  return report;
+}
+
+}  // namespace tyndall::io

@@ -1,0 +1,392 @@
+/// \file
+/// What images say of themselves: each right value here follows from the format's own text.
+#include "io/image_file.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "io/info.h"
+#include "support/images.h"
+#include "tyndall/render/error.h"
+
+namespace tyndall::io {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace test;
+
+#if TYNDALL_OPENEXR || TYNDALL_OPENIMAGEIO  // there is a helper
+
+constexpr float infinity = std::numeric_limits<float>::infinity(),
+                nan = std::numeric_limits<float>::quiet_NaN();
+
+class ImageFile : public testing::Test {
+ protected:
+  ImageFile() {
+    std::string name = fs::temp_directory_path() / "tyndall-XXXXXX";
+    if (::mkdtemp(name.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    folder_ = name;
+  }
+  ~ImageFile() override { fs::remove_all(folder_); }
+
+  std::string path(const std::string& name) const { return folder_ / name; }
+  std::string put(const std::string& bytes, const std::string& name = "sky.exr") const {
+    std::ofstream(path(name), std::ios::binary) << bytes;
+    return path(name);
+  }
+  LoadedImage load(const std::string& bytes, const std::string& name = "sky.exr") const {
+    return load_image(put(bytes, name));
+  }
+  /// \return what is said after the file's name.
+  std::string refusal(const std::string& bytes, const std::string& name = "sky.exr") const {
+    try {
+      load(bytes, name);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.code(), ExitCode::input_missing);
+      const std::string message = error.what(), start = path(name) + ": ";
+      EXPECT_EQ(message.substr(0, start.size()), start);
+      return message.substr(std::min(start.size(), message.size()));
+    }
+    return "read";
+  }
+
+  fs::path folder_;
+};
+
+void expect_color(const Vec3f& t, float r, float g, float b, float tolerance = 1e-6f) {
+  EXPECT_NEAR(t.x, r, tolerance);
+  EXPECT_NEAR(t.y, g, tolerance);
+  EXPECT_NEAR(t.z, b, tolerance);
+}
+
+// ---- OpenEXR
+
+#if TYNDALL_OPENEXR
+
+ExrPart plain(float red = 1, float green = 2, float blue = 3) {
+  ExrPart part;
+  part.channels = exr_rgb("", red, green, blue);
+  return part;
+}
+
+TEST_F(ImageFile, the_data_window_lies_within_the_display_window) {
+  ExrPart part = plain();
+  part.data = {4, 2, 11, 5};
+  part.channels[2].value = [](int x, int y) { return static_cast<float>(100 * y + x); };
+  const LoadedImage loaded = load(exr_file({part}));
+  const Image& image = *loaded.image;
+  ASSERT_EQ(image.width(), 16);
+  ASSERT_EQ(image.height(), 8);
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 0; x < 16; ++x) {
+      const Vec3f& t = image.texels()[static_cast<std::size_t>(16 * y + x)];
+      if (x >= 4 && x <= 11 && y >= 2 && y <= 5)
+        expect_color(t, static_cast<float>(100 * y + x), 2, 3);
+      else
+        expect_color(t, 0, 0, 0);
+    }
+  }
+  EXPECT_TRUE(loaded.warnings.empty());
+}
+
+TEST_F(ImageFile, what_lies_outside_of_the_display_window_is_cut) {
+  ExrPart part = plain();
+  part.display = {10, 20, 25, 27};
+  part.data = {7, 18, 40, 24};
+  part.channels[2].value = [](int x, int y) { return static_cast<float>(100 * y + x); };
+  const LoadedImage loaded = load(exr_file({part}));
+  const std::vector<Vec3f>& t = loaded.image->texels();
+  ASSERT_EQ(t.size(), 128u);
+  EXPECT_EQ(t[0].x, 2010);
+  EXPECT_EQ(t[16 * 4 + 15].x, 2425);
+  EXPECT_EQ(t[16 * 5].x, 0);
+}
+
+TEST_F(ImageFile, the_layer_with_the_picture_is_taken) {
+  const auto with = [](std::vector<std::vector<ExrChannel>> layers) {
+    ExrPart part;
+    for (const auto& layer : layers)
+      part.channels.insert(part.channels.end(), layer.begin(), layer.end());
+    return exr_file({part});
+  };
+  const auto first = [&](const std::string& bytes) { return load(bytes).image->texels()[0]; };
+  expect_color(first(with({exr_rgb("AO", 9, 9, 9), exr_rgb("beauty", 1, 2, 3)})), 1, 2, 3);
+  expect_color(first(with({exr_rgb("", 1, 2, 3), exr_rgb("zenith", 9, 9, 9)})), 1, 2, 3);
+  expect_color(first(with({exr_rgb("View Layer.Combined", 1, 2, 3),
+                           exr_rgb("View Layer.DiffCol", 9, 9, 9)})),
+               1, 2, 3);
+  // Depth and the like are no colours.
+  expect_color(first(with({exr_rgb("sky", 1, 2, 3),
+                           {{"A", [](int, int) { return 9.0f; }}},
+                           {{"depth.Z", [](int, int) { return 9.0f; }}}})),
+               1, 2, 3);
+  const std::string several = refusal(with({exr_rgb("day", 1, 2, 3), exr_rgb("night", 4, 5, 6)}));
+  EXPECT_EQ(several.substr(0, 45), "2 of its layers could be the sky: day; night;") << several;
+  EXPECT_NE(several.find("--ch day.R,day.G,day.B"), std::string::npos) << several;
+  const std::string none = refusal(with({{{"Z", [](int, int) { return 9.0f; }}}}));
+  EXPECT_EQ(none, "it has no colours: no channels R, G, B, and no Y; its channels: Z");
+}
+
+TEST_F(ImageFile, the_part_with_the_picture_is_taken) {
+  ExrPart depth, rgba = plain(), other = plain(9, 9, 9);
+  depth.name = "depth";
+  depth.channels = {{"Z", [](int, int) { return 1000.0f; }}};
+  rgba.name = "rgba";
+  other.name = "AO";
+  expect_color(load(exr_file({depth, rgba})).image->texels()[0], 1, 2, 3);
+  expect_color(load(exr_file({other, rgba})).image->texels()[0], 1, 2, 3);
+  rgba.name = "night";
+  const std::string several = refusal(exr_file({depth, other, rgba}));
+  EXPECT_EQ(several.substr(0, 67),
+            "2 of its layers could be the sky: part 1 'AO'; part 2 'night'; writ")
+      << several;
+}
+
+TEST_F(ImageFile, grey_is_three_channels_of_one_value) {
+  ExrPart part;
+  part.channels = {{"Y", [](int, int) { return 0.25f; }}};
+  expect_color(load(exr_file({part})).image->texels()[5], 0.25f, 0.25f, 0.25f);
+}
+
+TEST_F(ImageFile, luminance_and_chroma_become_colors) {
+  // Y = (R + G + B in the proportions of Rec. 709), RY = (R - Y) / Y, BY = (B - Y) / Y.
+  ExrPart part;
+  part.channels = {{"BY", [](int, int) { return -0.8f; }, 2},
+                   {"RY", [](int, int) { return 0.6f; }, 2},
+                   {"Y", [](int, int) { return 0.5f; }}};
+  part.data = part.display = {0, 0, 63, 63};
+  const LoadedImage loaded = load(exr_file({part}));
+  const float green = (0.5f - 0.2126f * 0.8f - 0.0722f * 0.1f) / 0.7152f;
+  expect_color(loaded.image->texels()[64 * 32 + 32], 0.8f, green, 0.1f, 2e-3f);
+}
+
+TEST_F(ImageFile, a_map_of_longitude_and_latitude_is_used_and_a_cube_refused) {
+  ExrPart part = plain();
+  part.attributes = exr_attribute("envmap", "envmap", std::string(1, '\0'));
+  EXPECT_TRUE(load(exr_file({part})).warnings.empty());
+  part.attributes = exr_attribute("envmap", "envmap", std::string(1, '\1'));
+  EXPECT_EQ(refusal(exr_file({part})).substr(0, 37), "a cube of six faces (envmap): write i");
+}
+
+TEST_F(ImageFile, primaries_become_those_of_rec_709) {
+  const auto with = [](const std::vector<float>& xy, float r, float g, float b) {
+    ExrPart part = plain(r, g, b);
+    part.attributes = exr_attribute("chromaticities", "chromaticities", bytes_of(xy));
+    return exr_file({part});
+  };
+  const std::vector<float> rec709{0.64f, 0.33f, 0.30f, 0.60f, 0.15f, 0.06f, 0.3127f, 0.3290f},
+      rec2020{0.708f, 0.292f, 0.170f, 0.797f, 0.131f, 0.046f, 0.3127f, 0.3290f},
+      aces{0.7347f, 0.2653f, 0.0f, 1.0f, 0.0001f, -0.0770f, 0.32168f, 0.33767f};
+  const auto first = [&](const std::string& bytes) { return load(bytes).image->texels()[0]; };
+  EXPECT_EQ(first(with(rec709, 0.3f, 0.2f, 0.1f)).x, 0.3f);  // to the bit
+  // ITU-R BT.2087 has the matrix the other way round: 0.6274, 0.3293, 0.0433; 0.0691, 0.9195,
+  // 0.0114; 0.0164, 0.0880, 0.8956.
+  expect_color(first(with(rec2020, 0.6274f + 0.3293f * 0.5f + 0.0433f * 0.25f,
+                          0.0691f + 0.9195f * 0.5f + 0.0114f * 0.25f,
+                          0.0164f + 0.0880f * 0.5f + 0.8956f * 0.25f)),
+               1, 0.5f, 0.25f, 2e-4f);
+  expect_color(first(with(rec2020, 2, 2, 2)), 2, 2, 2, 1e-5f);
+  expect_color(first(with(aces, 2, 2, 2)), 2, 2, 2, 1e-5f);  // white stays white
+  // What Rec. 709 cannot show is cut, and said.
+  const LoadedImage green = load(with(rec2020, 0, 1, 0));
+  ASSERT_EQ(green.warnings.size(), 1u);
+  EXPECT_EQ(green.warnings[0],
+            "128 of its 128 pixels are negative: taken as 0 (the first: column 0, row 0 from the "
+            "top left)");
+  EXPECT_EQ(refusal(with(std::vector<float>(8, 0.3f), 1, 1, 1)),
+            "damaged: its primaries span no colors");
+}
+
+TEST_F(ImageFile, what_is_not_honoured_is_named) {
+  ExrPart part = plain();
+  part.attributes = exr_attribute("whiteLuminance", "float", bytes_of({100}));
+  const LoadedImage loaded = load(exr_file({part}));
+  ASSERT_EQ(loaded.warnings.size(), 1u);
+  EXPECT_EQ(loaded.warnings[0].substr(0, 48), "its whiteLuminance of 100 cd/m2 is not applied: ");
+}
+
+TEST_F(ImageFile, infinite_pixels_are_the_largest_half_or_the_largest_pixel) {
+  ExrPart part = plain(1, 1, 1);
+  part.channels[2].value = [](int x, int y) {
+    return x == 3 && y == 2 ? infinity : x == 5 && y == 6 ? nan : 1.0f;
+  };
+  LoadedImage loaded = load(exr_file({part}));
+  expect_color(loaded.image->texels()[2 * 16 + 3], 65504, 1, 1);
+  expect_color(loaded.image->texels()[6 * 16 + 5], 0, 1, 1);
+  ASSERT_EQ(loaded.warnings.size(), 2u);
+  EXPECT_EQ(loaded.warnings[0],
+            "1 of its 128 pixels are infinite: taken as 65504 (the first: column 3, row 2 from the "
+            "top left)");
+  EXPECT_EQ(loaded.warnings[1],
+            "1 of its 128 pixels are no numbers (NaN): taken as 0 (the first: column 5, row 6 from "
+            "the top left)");
+  part.channels[0].value = [](int x, int) { return x == 0 ? 1e6f : -infinity; };
+  loaded = load(exr_file({part}));
+  EXPECT_EQ(loaded.image->texels()[2 * 16 + 3].x, 1e6f);
+  EXPECT_EQ(loaded.image->texels()[1].z, 0);
+  ASSERT_EQ(loaded.warnings.size(), 3u);
+  EXPECT_EQ(loaded.warnings[2].substr(0, 45), "120 of its 128 pixels are negative: taken as ");
+  part.channels[0].value = [](int, int) { return 1e20f; };
+  loaded = load(exr_file({part}));
+  EXPECT_EQ(loaded.image->texels()[2 * 16 + 3].x, 1e12f);
+}
+
+TEST_F(ImageFile, info_shows_what_an_image_says) {
+  ExrPart depth, rgba = plain();
+  depth.name = "depth";
+  depth.channels = {{"Z", [](int, int) { return 1000.0f; }}};
+  rgba.name = "rgba";
+  rgba.data = {4, 2, 11, 5};
+  depth.attributes = exr_attribute(  // which all parts share
+      "chromaticities", "chromaticities",
+      bytes_of({0.708f, 0.292f, 0.170f, 0.797f, 0.131f, 0.046f, 0.3127f, 0.3290f}));
+  rgba.attributes = depth.attributes + exr_attribute("envmap", "envmap", std::string(1, '\0'));
+  const Json told = Json::parse(info(put(exr_file({depth, rgba})), true).text);
+  EXPECT_EQ(told["size"], Json({16, 8}));
+  EXPECT_EQ(told["format"], "exr");
+  EXPECT_EQ(told["parts"][0]["channels"], "Z");
+  EXPECT_EQ(told["parts"][1]["data window"], Json({4, 2, 11, 5}));
+  EXPECT_EQ(told["parts"][1]["envmap"], "latlong");
+  EXPECT_EQ(told["taken"], "part 1 'rgba'");
+  EXPECT_EQ(told["primaries"][0], 0.708);
+  EXPECT_EQ(told["use"], "the image of an environment light");
+  const Json none = Json::parse(info(put(exr_file({depth})), true).text);
+  EXPECT_EQ(none["channels"], "Z");
+  EXPECT_EQ(none["use"].get<std::string>().substr(0, 24), "none: it has no colours:");
+}
+
+#endif
+
+// ---- Radiance
+
+/// 0.5, 1, 2, 4, ... as grey pixels.
+std::string powers(int count) {
+  std::string pixels;
+  for (int i = 0; i < count; ++i) pixels += std::string(3, '\x80') + static_cast<char>(128 + i);
+  return pixels;
+}
+
+TEST_F(ImageFile, exposures_divide_and_multiply_each_other) {
+  const auto loaded =
+      load(radiance_file("EXPOSURE=4\nFORMAT=32-bit_rle_rgbe\n\tEXPOSURE=100\nEXPOSURE=0.5\n"
+                         "COLORCORR=1 2 4\n",
+                         "-Y 1 +X 2", powers(2)),
+           "sky.hdr");
+  expect_color(loaded.image->texels()[0], 0.25f, 0.125f, 0.0625f);
+  expect_color(loaded.image->texels()[1], 0.5f, 0.25f, 0.125f);
+  EXPECT_TRUE(loaded.warnings.empty());
+  EXPECT_EQ(loaded.told["exposure"], 2);
+  EXPECT_EQ(refusal(radiance_file("EXPOSURE=0\n", "-Y 1 +X 2", powers(2)), "sky.hdr"),
+            "damaged: its EXPOSURE is 0, not above 0");
+  EXPECT_EQ(refusal(radiance_file("EXPOSURE=much\n", "-Y 1 +X 2", powers(2)), "sky.hdr"),
+            "damaged: its EXPOSURE is 'much', not 1 number");
+}
+
+// "Radiance File Formats": the first axis is that from row to row; +X is to the right, +Y upwards.
+TEST_F(ImageFile, all_orders_of_pixels_are_turned_upright) {
+  struct Order {
+    const char* resolution;
+    std::vector<int> upright;  // the stored pixel at each place, row by row
+  };
+  const Order orders[] = {{"-Y 2 +X 3", {0, 1, 2, 3, 4, 5}}, {"-Y 2 -X 3", {2, 1, 0, 5, 4, 3}},
+                          {"+Y 2 +X 3", {3, 4, 5, 0, 1, 2}}, {"+Y 2 -X 3", {5, 4, 3, 2, 1, 0}},
+                          {"+X 3 -Y 2", {0, 2, 4, 1, 3, 5}}, {"-X 3 -Y 2", {4, 2, 0, 5, 3, 1}},
+                          {"+X 3 +Y 2", {1, 3, 5, 0, 2, 4}}, {"-X 3 +Y 2", {5, 3, 1, 4, 2, 0}}};
+  for (const Order& order : orders) {
+    SCOPED_TRACE(order.resolution);
+    const auto loaded =
+        load(radiance_file("FORMAT=32-bit_rle_rgbe\n", order.resolution, powers(6)), "sky.hdr");
+    ASSERT_EQ(loaded.image->width(), 3);
+    ASSERT_EQ(loaded.image->height(), 2);
+    for (std::size_t i = 0; i < 6; ++i)
+      EXPECT_EQ(loaded.image->texels()[i].x, std::ldexp(0.5f, order.upright[i])) << i;
+  }
+  EXPECT_EQ(refusal(radiance_file("", "-Y 2 +Y 3", powers(6)), "sky.hdr").substr(0, 30),
+            "damaged: '-Y 2 +Y 3' is no siz");
+}
+
+TEST_F(ImageFile, radiance_has_primaries_and_pictures_in_xyz) {
+  const std::string grey = powers(2);
+  const auto rgb = load(radiance_file("PRIMARIES= .708 .292 .170 .797 .131 .046 .3127 .3290\n",
+                                      "-Y 1 +X 2", std::string("\x80\0\0\x81", 4) + grey.substr(4)),
+                        "sky.hdr");
+  EXPECT_NEAR(rgb.image->texels()[0].x, 1.6605, 1e-3);  // red of Rec. 2020
+  EXPECT_EQ(rgb.image->texels()[0].y, 0);
+  EXPECT_NEAR(rgb.image->texels()[1].y, 1, 1e-5);
+  const auto xyz = load(radiance_file("FORMAT=32-bit_rle_xyze\n", "-Y 1 +X 2", grey), "sky.hdr");
+  expect_color(xyz.image->texels()[1], 1, 1, 1, 1e-5f);  // X = Y = Z is white there
+  EXPECT_NE(refusal(radiance_file("FORMAT=ascii\n", "-Y 1 +X 2", grey), "sky.hdr").find("ascii"),
+            std::string::npos);
+}
+
+TEST_F(ImageFile, radiance_packs_rows_in_two_ways) {
+  // Of today: each byte of the pixels by itself. 8 pixels: red 0x80 and 0x40, half and half.
+  std::string row("\2\2\0\x08", 4);
+  row += std::string("\x84\x80\x84\x40", 4);        // red: two runs of 4
+  row += std::string("\x88\x40", 2);                // green: a run of 8
+  row += std::string("\x08\1\2\3\4\5\6\7\x08", 9);  // blue: 8 as they are
+  row += std::string("\x88\x81", 2);                // exponent
+  const auto today = load(radiance_file("", "-Y 1 +X 8", row), "sky.hdr");
+  for (std::size_t x = 0; x < 8; ++x)
+    expect_color(today.image->texels()[x], x < 4 ? 1.0f : 0.5f, 0.5f,
+                 static_cast<float>(x + 1) / 128);
+  // Of old: a pixel 1, 1, 1, n repeats the last one n times.
+  const auto old =
+      load(radiance_file("", "-Y 1 +X 8",
+                         std::string("\x80\x80\x80\x81\1\1\1\5", 8)
+                             + std::string("\x40\x40\x40\x81", 4) + std::string("\1\1\1\1", 4)),
+           "sky.hdr");
+  for (std::size_t x = 0; x < 8; ++x) EXPECT_EQ(old.image->texels()[x].x, x < 6 ? 1.0f : 0.5f);
+  EXPECT_EQ(refusal(radiance_file("", "-Y 1 +X 8", row.substr(0, row.size() - 1)), "sky.hdr"),
+            "damaged: its end is missing");
+}
+
+// ---- TIFF, JPEG, PFM
+
+#if TYNDALL_OPENIMAGEIO
+
+TEST_F(ImageFile, the_orientation_of_tiff_and_jpeg_is_honoured) {
+  const std::vector<float> rgb{1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4, 5, 5, 5, 6, 6, 6};
+  // TIFF 6.0: where the first row and the first column are.
+  const std::vector<std::vector<int>> upright{
+      {1, 2, 3, 4, 5, 6}, {3, 2, 1, 6, 5, 4}, {6, 5, 4, 3, 2, 1}, {4, 5, 6, 1, 2, 3},
+      {1, 4, 2, 5, 3, 6}, {4, 1, 5, 2, 6, 3}, {6, 3, 5, 2, 4, 1}, {3, 6, 2, 5, 1, 4}};
+  for (int orientation : {1, 2, 3, 4, 5, 6, 7, 8}) {
+    SCOPED_TRACE(orientation);
+    const auto loaded = load(tiff_file(3, 2, rgb, orientation), "sky.tif");
+    EXPECT_EQ(loaded.image->width(), orientation < 5 ? 3 : 2);
+    const std::vector<int>& wanted = upright[static_cast<std::size_t>(orientation - 1)];
+    for (std::size_t i = 0; i < 6; ++i)
+      EXPECT_EQ(loaded.image->texels()[i].x, static_cast<float>(wanted[i])) << i;
+  }
+  const auto upside_down = load(jpeg_file(3), "sky.jpg");
+  EXPECT_LT(upside_down.image->texels()[0].x, 0.1f);
+  EXPECT_GT(upside_down.image->texels()[16 * 8 - 1].x, 0.9f);
+  EXPECT_LT(upside_down.image->texels()[16 * 7].x, 0.1f);
+  EXPECT_EQ(upside_down.told["orientation"], 3);
+  const auto turned = load(jpeg_file(6), "sky.jpg");  // the first row is at the right
+  EXPECT_EQ(turned.image->width(), 8);
+  EXPECT_GT(turned.image->texels()[7].x, 0.9f);
+  EXPECT_LT(turned.image->texels()[0].x, 0.1f);
+}
+
+TEST_F(ImageFile, floats_of_pfm_are_mended_too) {
+  const auto loaded = load(pfm_file(2, 1, {1, infinity, 70000, nan, 0, -1}), "sky.pfm");
+  expect_color(loaded.image->texels()[0], 1, 70000, 70000);
+  expect_color(loaded.image->texels()[1], 0, 0, 0);
+  EXPECT_EQ(loaded.warnings.size(), 3u);
+}
+
+#endif
+#endif
+
+}  // namespace
+}  // namespace tyndall::io

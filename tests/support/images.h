@@ -1,0 +1,50 @@
+/// \file
+/// Images in the formats of others, byte by byte: what a file says is what the test wrote.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace tyndall::test {
+
+struct ExrChannel {
+  std::string name;
+  std::function<float(int x, int y)> value;  ///< of a pixel of the data window
+  int sampling = 1;                          ///< only every so many-th row and column
+};
+
+struct ExrPart {
+  std::vector<ExrChannel> channels;
+  std::array<int, 4> data{0, 0, 15, 7};     ///< window: the first and the last column and row
+  std::array<int, 4> display{0, 0, 15, 7};  ///< window
+  std::string attributes = {};              ///< see exr_attribute
+  std::string name = {};                    ///< wanted where there are several parts
+};
+
+/// Three channels of one name, "" for plain ones.
+std::vector<ExrChannel> exr_rgb(const std::string& layer, float red, float green, float blue);
+
+/// \param value its bytes, little endian
+std::string exr_attribute(const std::string& name, const std::string& type,
+                          const std::string& value);
+std::string bytes_of(const std::vector<float>& values);
+
+/// An OpenEXR file of floats, uncompressed, by rows.
+std::string exr_file(const std::vector<ExrPart>& parts);
+
+/// A Radiance picture without runs. \param lines of its header, \param pixels r, g, b, e each
+std::string radiance_file(const std::string& lines, const std::string& resolution,
+                          const std::string& pixels);
+
+/// A TIFF file of RGB floats. \param orientation its tag
+std::string tiff_file(int width, int height, const std::vector<float>& rgb, int orientation);
+
+/// A JPEG file of 16 x 8 pixels, black but for the upper left quarter, with an orientation in Exif.
+std::string jpeg_file(int orientation);
+
+/// A PFM file of RGB floats from the top left.
+std::string pfm_file(int width, int height, const std::vector<float>& rgb);
+
+}  // namespace tyndall::test
