@@ -22,7 +22,8 @@
 namespace tyndall::app {
 
 ExitCode bake_command(const BakeArguments& arguments) {
-  const io::BakeOptions options{arguments.half, arguments.voxels, arguments.threads};
+  const io::BakeOptions options{arguments.half, arguments.voxels, arguments.threads,
+                                arguments.multiple_only};
   std::vector<std::string> paths;  // and what lies beside
   for (const std::string& path : arguments.outputs) {
     io::require_bake(path, options);
@@ -36,7 +37,8 @@ ExitCode bake_command(const BakeArguments& arguments) {
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
   refuse_inputs(file.inputs, paths);
   for (const std::string& warning : file.warnings) warn(warning);
-  const Scene scene = scene_to_bake(file.scene, arguments.order > 0, arguments.per_light);
+  const Scene scene =
+      scene_to_bake(file.scene, arguments.order > 0, arguments.per_light, arguments.multiple_only);
   if (const std::string shortage = memory_shortage(scene, most_replicates); !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
   Device device = open_device(device_name, arguments.threads);

@@ -18,7 +18,7 @@ struct BakeArguments {
   int threads = 0;
   int order = 1;   ///< 0: without directions
   int voxels = 0;  ///< of the density, along the longest side
-  bool per_light = false, half = false;
+  bool per_light = false, half = false, multiple_only = false;
 };
 
 /// \return done, or 128 and the signal that ended it. \throws Error, Stopped

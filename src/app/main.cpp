@@ -347,6 +347,8 @@ int run(int argc, char** argv) {
       ->type_name("N")
       ->transform(count(1));
   bake->add_flag("--per-light", baking.per_light, "Each light by itself");
+  bake->add_flag("--multiple-only", baking.multiple_only,
+                 "Without what lights scatter once, for programs that add it");
   bake->add_flag("--half", baking.half, "Floats of 16 bits");
   bake->add_option("--voxels", baking.voxels,
                    fmt::format("Of the density, along its longest side ({}; 128 in pages)",

@@ -243,6 +243,11 @@ void require_bake(const std::string& path, const BakeOptions& options) {
                 fmt::format("--half: {} files have no colours of 16 bits; leave it "
                             "out, or bake a .vdb",
                             format->extension));
+  if (options.multiple_only && fs::path(path).extension() == ".html")
+    throw Error(ExitCode::usage,
+                fmt::format("{}: --multiple-only: a page shows baked light alone, and would lack "
+                            "what is scattered once; leave the option out for pages",
+                            path));
   if (options.voxels > most_page_voxels && fs::path(path).extension() == ".html")
     throw Error(ExitCode::usage, fmt::format("{}: --voxels {}: a page has {} at most", path,
                                              options.voxels, most_page_voxels));
@@ -264,9 +269,14 @@ std::vector<std::string> bake_paths(const std::string& path) {
 std::vector<ConvertedFile> bake_files(const Bake& bake, const std::string& path,
                                       const BakeOptions& options,
                                       std::vector<std::string>* warnings) {
-  require_bake(path, options);
+  BakeOptions all = options;
+  all.multiple_only = bake.light.is_multiple_only;
+  require_bake(path, all);
+  Bake told = bake;
+  told.provenance.emplace_back("tyndall.bake.single_scattering",
+                               bake.light.is_multiple_only ? "left out" : "baked");
   std::vector<std::string> own;
-  std::vector<ConvertedFile> files = find_format(path)->encode(bake, path, options, own);
+  std::vector<ConvertedFile> files = find_format(path)->encode(told, path, all, own);
   if (warnings)
     for (const std::string& warning : own)
       warnings->push_back(fmt::format("{}: {}", path, warning));

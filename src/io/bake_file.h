@@ -17,6 +17,7 @@ struct BakeOptions {
   bool half = false;  ///< floats of 16 bits
   int voxels = 0;     ///< of the density, along the longest side; 0: what is usual in such a file
   int threads = 0;
+  bool multiple_only = false;  ///< see scene_to_bake()
 };
 
 /// What is baked, and how it was made.

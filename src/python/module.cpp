@@ -133,7 +133,8 @@ py::dict render_text(const std::string& name, const std::string& text, const std
 
 py::dict bake_text(const std::string& name, const std::string& text, const std::string& folder,
                    const std::vector<std::string>& overrides, const std::string& device,
-                   int threads, Callback progress, bool with_directions, bool per_light) {
+                   int threads, Callback progress, bool with_directions, bool per_light,
+                   bool multiple_only) {
   BakedLight light;
   RenderResult result;
   std::vector<std::string> warnings;
@@ -141,7 +142,7 @@ py::dict bake_text(const std::string& name, const std::string& text, const std::
     const py::gil_scoped_release no_lock;
     Watch watch(std::move(progress));
     const Work work = prepare_work(name, text, folder, overrides, device, threads);
-    const Scene scene = scene_to_bake(work.file.scene, with_directions, per_light);
+    const Scene scene = scene_to_bake(work.file.scene, with_directions, per_light, multiple_only);
     require_memory(scene, most_replicates);
     RenderOptions options = watch.options();
     options.photons = IndexRange{0, scene.photons};

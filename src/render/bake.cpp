@@ -162,6 +162,17 @@ const char* kind_of(const Light&) {
 
 }  // namespace
 
+float in_scattered(float mean, Vec3f slope, Vec3f w, float g) {
+  const float steepness = length(slope);
+  if (!(mean > 0.0f) || !(steepness > 0.0f)) return std::max(mean, 0.0f);
+  // No light is more parallel than a beam: rounding alone can say so.
+  const float m = std::abs(g) * std::min(steepness / (3.0f * mean), 1.0f);
+  const float cosine = (g < 0.0f ? -1.0f : 1.0f) * dot(w, slope) / steepness;
+  const float narrow = 1.0f - m;
+  const float spread = narrow * narrow + 2.0f * m * std::max(1.0f - cosine, 0.0f);
+  return mean * (1.0f - m * m) / (spread * std::sqrt(spread));
+}
+
 Extinction extinction_at(const PreparedScene& scene, Vec3f p) {
   Extinction sum;
   for (const Component<AnyField>& c : scene.components) {
@@ -173,9 +184,10 @@ Extinction extinction_at(const PreparedScene& scene, Vec3f p) {
   return sum;
 }
 
-Scene scene_to_bake(Scene scene, bool with_directions, bool per_light) {
+Scene scene_to_bake(Scene scene, bool with_directions, bool per_light, bool multiple_only) {
   scene.integrator = scene::Integrator::photons;
-  scene.single_scattering = scene::SingleScattering::grid;
+  scene.single_scattering =
+      multiple_only ? scene::SingleScattering::apart : scene::SingleScattering::grid;
   scene.illumination_order = with_directions ? 1 : 0;
   scene.illumination_resolution = dense_illumination_resolution(scene);  // of all the box
   scene.detectors = {};
@@ -223,6 +235,7 @@ BakedLight bake(Renderer& renderer, const Scene& whole) {
   out.size = {cells.nx, cells.ny, cells.nz};
   out.low = whole.medium.box_min;
   out.high = whole.medium.box_max;
+  out.is_multiple_only = scene.is_apart;
   std::vector<char> known(cells.count());
   for (std::size_t cell = 0; cell < cells.count(); ++cell) known[cell] = denominator[cell] > 0;
   out.relative_error = relative_error(part, cells, known);

@@ -1012,7 +1012,11 @@ TEST_F(CliTest, BakesThatCannotBeAreRefusedBeforeThePhotons) {
     EXPECT_NE(outcome.err.find("room for 6 lights, this scene has 7"), std::string::npos)
         << outcome.err;
     EXPECT_EQ(outcome.err.find("hash  "), std::string::npos) << "photons were shot";
+    expect_error({"bake", "scene.json", "--multiple-only", "-o", "a.html"}, 2,
+                 "would lack what is scattered once");
   }
+  EXPECT_EQ(run({"bake", "scene.json", "--multiple-only", "-o", "once.json"}).code, 0);
+  EXPECT_NE(contents(folder_ / "once.json").find("left out"), std::string::npos);
 }
 
 TEST_F(CliTest, StoppedBakesHaveThePhotonsSoFar) {

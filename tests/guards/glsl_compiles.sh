@@ -14,7 +14,11 @@ compile() { # HEAD TEXT
 in vec3 p;
 in vec3 w;
 out vec4 color;
-void main() { color = vec4(emitted(p) + extinction(p) * scattered_light(p, normalize(w), vec3(0.9), 0.5), 1.0); }' >"$scratch/bake.frag"
+void main() {
+  vec3 scattered = scattered_light(p, normalize(w), vec3(0.9), 0.5)
+      + scattered_once(p, normalize(w), vec3(0.0, 1.0, 0.0), vec3(3.0), vec3(0.9), 0.5, 32);
+  color = vec4(emitted(p) + extinction(p) * scattered, 1.0);
+}' >"$scratch/bake.frag"
   glslangValidator "$scratch/bake.frag" >"$scratch/log" 2>&1 && ! grep -qi warning "$scratch/log"
 }
 text=$(<src/io/look/light.glsl)

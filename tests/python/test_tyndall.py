@@ -153,6 +153,9 @@ class Package(unittest.TestCase):
         self.assertEqual(apart.slope, {})
         numpy.testing.assert_allclose(sum(apart.fluence.values()), together.fluence["all"], rtol=1e-4, atol=1e-5)
         self.assertEqual(together.relative_error.shape, (16, 16, 16))
+        rest = tyndall.bake(scene(ball()), multiple_only=True)
+        self.assertLess(rest.fluence["all"].sum(), 0.9 * together.fluence["all"].sum())
+        self.assertGreater(rest.fluence["all"].sum(), 0)
 
     def test_errors_are_those_of_the_command_line(self):
         wrong = scene(ball())

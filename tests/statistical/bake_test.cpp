@@ -5,8 +5,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <numbers>
+#include <vector>
 
+#include "support/adding_doubling.h"
+#include "support/chandrasekhar.h"
 #include "support/scenes.h"
 
 namespace tyndall::test {
@@ -96,6 +100,119 @@ TEST(Bake, per_light_adds_up_to_all_light) {
     const Vec3f whole = all.groups[0].fluence[cell];
     ASSERT_NEAR(sum.x, whole.x, 1e-5f + 1e-5f * whole.x) << cell;
     ASSERT_NEAR(sum.z, whole.z, 1e-5f + 1e-5f * whole.z) << cell;
+  }
+}
+
+/// Sums over all directions of w, by Gauss and Legendre in the cosine: of what in_scattered() gives
+/// about an axis, and of that times the cosine, over 4 pi.
+struct Moments {
+  double mean = 0, first = 0;
+};
+
+TEST(Bake, lobe_is_never_negative_and_keeps_mean_and_slope) {
+  const GaussLegendre rule(400);
+  const Vec3f axis = normalize(Vec3f{0.3f, -0.5f, 0.8f}), across{0.8f, 0.0f, -0.3f};
+  const Vec3f side = normalize(across);
+  for (const float g : {-0.9f, -0.3f, 0.0f, 0.5f, 0.85f, 0.95f}) {
+    for (const float share : {0.0f, 0.01f, 0.5f, 0.9f, 1.0f}) {  // how parallel the light is
+      const float mean = 0.7f;
+      const Vec3f slope = (3 * mean * share) * axis;
+      Moments m;
+      double dip = 0;
+      for (std::size_t i = 0; i < rule.nodes.size(); ++i) {
+        const auto cosine = static_cast<float>(2 * rule.nodes[i] - 1);
+        const Vec3f w = cosine * axis + std::sqrt(1 - cosine * cosine) * side;
+        const double light = double{in_scattered(mean, slope, w, g)};
+        m.mean += rule.weights[i] * light;
+        m.first += rule.weights[i] * light * double{cosine};
+        dip = std::min(dip, light);
+      }
+      EXPECT_EQ(dip, 0) << g << ", " << share;
+      EXPECT_NEAR(m.mean, 0.7, 5e-5) << g << ", " << share;
+      EXPECT_NEAR(m.first, 0.7 * double{share} * double{g}, 5e-5) << g << ", " << share;
+    }
+    // A beam is scattered by the phase function itself.
+    for (const float cosine : {1.0f, 0.5f, -1.0f}) {
+      const Vec3f w = cosine * axis + std::sqrt(1 - cosine * cosine) * side;
+      const double exact =
+          0.7 * (1 - double{g} * double{g})
+          / std::pow(1 + double{g} * double{g} - 2 * double{g} * double{cosine}, 1.5);
+      EXPECT_NEAR(double{in_scattered(0.7f, 2.1f * axis, w, g)} / exact, 1, 2e-4) << g;
+    }
+    // What rounds to more than a beam is one; light that is not there is black.
+    EXPECT_TRUE(std::isfinite(in_scattered(0.7f, 2.2f * axis, axis, g)));
+    EXPECT_EQ(in_scattered(0.0f, axis, axis, g), 0);
+    EXPECT_EQ(in_scattered(-0.1f, axis, axis, g), 0);
+    EXPECT_EQ(in_scattered(0.7f, {0, 0, 0}, axis, g), 0.7f);
+  }
+}
+
+/// Forward clouds, without what is scattered once: the moments are those of a reference; how far
+/// lobes made of them are off is printed, for docs/bake.md.
+TEST(Bake, has_the_rest_of_slabs_that_scatter_forwards) {
+  constexpr double g = 0.85, shares[] = {0.1, 0.5, 0.9}, cosines[] = {1, 0.5, 0, -0.5, -1};
+  const GaussLegendre rule(32);
+  const auto phase = [](double cosine) {
+    return (1 - g * g) / std::pow(1 + g * g - 2 * g * cosine, 1.5) / (4 * std::numbers::pi);
+  };
+  for (const double thickness : {2.0, 10.0}) {
+    Scene scene = slab(thickness, 1, scene::HenyeyGreensteinPhase{g});
+    const int layers = static_cast<int>(20 * thickness);  // so thin that light hardly bends in them
+    scene.illumination_resolution = {1, 1, layers};
+    scene.photons = 400000;
+    // The depths lie between two cells.
+    Series mean[3], slope[3], across;
+    for (int i = 0; i < 8; ++i, ++scene.seed) {
+      const BakedLight light = baked(scene, true, false, true);
+      ASSERT_TRUE(light.is_multiple_only);
+      const BakedGroup& all = light.groups[0];
+      for (std::size_t d = 0; d < 3; ++d) {
+        const auto upper = static_cast<std::size_t>(std::lround(shares[d] * layers));
+        const auto at = [&](const std::vector<Vec3f>& v) {
+          return 0.5 * (double{v[upper - 1].x} + double{v[upper].x});
+        };
+        mean[d].add(at(all.fluence) / (4 * std::numbers::pi));
+        slope[d].add(at(all.slope[2]));
+        if (d == 1) across.add(at(all.slope[0]));
+      }
+    }
+    EXPECT_GT(replicates_p(across, 0), level);
+    const SlabReference reference(thickness, 1, henyey_greenstein_moments(g, 128), {}, 64);
+    for (std::size_t d = 0; d < 3; ++d) {
+      SCOPED_TRACE(thickness);
+      SCOPED_TRACE(shares[d]);
+      const double depth = shares[d] * thickness;
+      std::vector<double> towards(std::begin(cosines), std::end(cosines));
+      for (const double node : rule.nodes) towards.push_back(2 * node - 1);
+      const std::vector<double> scattered = reference.scattered(depth, towards, 1);
+      Moments exact;
+      for (std::size_t i = 0; i < rule.nodes.size(); ++i) {
+        const double light = rule.weights[i] * scattered[i + std::size(cosines)];
+        exact.mean += light;
+        exact.first += light * (2 * rule.nodes[i] - 1);
+      }
+      // First harmonic of what is scattered: g slope.
+      const double exact_slope = 3 * exact.first / g;
+      EXPECT_LT(mean[d].standard_error(), 0.01 * exact.mean);
+      EXPECT_LT(slope[d].standard_error(), 0.01 * exact_slope);
+      EXPECT_GT(replicates_p(mean[d], exact.mean), level) << mean[d].mean() << " " << exact.mean;
+      EXPECT_GT(replicates_p(slope[d], exact_slope), level)
+          << slope[d].mean() << " " << exact_slope;
+      std::printf("| %g, %.0f %% |", thickness, 100 * shares[d]);
+      for (std::size_t i = 0; i < std::size(cosines); ++i) {
+        const double cosine = cosines[i], rest = scattered[i],
+                     once = std::exp(-depth) * phase(cosine);
+        const auto c = static_cast<float>(cosine);
+        const double lobe = double{in_scattered(
+            static_cast<float>(mean[d].mean()), {0, 0, static_cast<float>(slope[d].mean())},
+            {std::sqrt(1 - c * c), 0, c}, static_cast<float>(g))};
+        const double sum = mean[d].mean() + g * cosine * slope[d].mean();
+        EXPECT_GT(lobe, 0);
+        std::printf(" %+.0f / %+.0f / %+.0f |", 100 * (lobe - rest) / rest,
+                    100 * (lobe - rest) / (rest + once), 100 * (sum - rest) / rest);
+      }
+      std::printf("\n");
+    }
   }
 }
 

@@ -187,22 +187,30 @@ double SlabReference::transmittance() const {
 }
 
 double SlabReference::scattered(double depth, double cosine, int order) const {
+  return scattered(depth, std::vector<double>{cosine}, order)[0];
+}
+
+std::vector<double> SlabReference::scattered(double depth, const std::vector<double>& cosines,
+                                             int order) const {
   const Layer above = layer(depth), below = layer(thickness_ - depth);
   // Downwards (1 - R R')^-1 T, upwards R' times that.
   Matrix column(size_);
   for (std::size_t i = 0; i < size_; ++i)
     column[i] = above.transmission[i * size_ + size_ - 1] / (2 * pi * no_weight);
   const Matrix down = solve(product(above.reflection, below.reflection, size_), column, size_, 1);
-  double sum = 0;
+  std::vector<double> sums(cosines.size(), 0.0);
   for (std::size_t j = 0; j < size_; ++j) {
     double up = 0;
     for (std::size_t k = 0; k < size_; ++k) up += below.reflection[j * size_ + k] * down[k];
     double light = down[j];
     if (j == size_ - 1 && order > 0) light -= std::exp(-depth) / (2 * pi * no_weight);
-    sum +=
-        weights_[j] / 2 * (kernel(cosine, cosines_[j]) * light + kernel(cosine, -cosines_[j]) * up);
+    for (std::size_t i = 0; i < cosines.size(); ++i) {
+      sums[i] +=
+          weights_[j] / 2
+          * (kernel(cosines[i], cosines_[j]) * light + kernel(cosines[i], -cosines_[j]) * up);
+    }
   }
-  return sum;
+  return sums;
 }
 
 }  // namespace tyndall::test

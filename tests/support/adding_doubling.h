@@ -37,6 +37,8 @@ class SlabReference {
   /// phase function times radiance [1/sr]. \param order how often light was scattered before, at
   /// least, 0 or 1: with 0 the beam itself is part of it.
   double scattered(double depth, double cosine, int order) const;
+  /// The same towards several.
+  std::vector<double> scattered(double depth, const std::vector<double>& cosines, int order) const;
 
  private:
   using Matrix = std::vector<double>;  // [row][column]

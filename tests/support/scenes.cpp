@@ -194,8 +194,8 @@ Tallies shoot_and_measure(const Scene& scene, const MajorantTables& bounds) {
   return run(scene, true, &bounds);
 }
 
-BakedLight baked(const Scene& scene, bool with_directions, bool per_light) {
-  const Scene whole = scene_to_bake(scene, with_directions, per_light);
+BakedLight baked(const Scene& scene, bool with_directions, bool per_light, bool multiple_only) {
+  const Scene whole = scene_to_bake(scene, with_directions, per_light, multiple_only);
   RenderOptions options;
   options.photons = IndexRange{0, whole.photons};
   options.measures_matter = true;

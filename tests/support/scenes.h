@@ -90,7 +90,8 @@ Tallies shoot_and_measure(const Scene& scene);
 Tallies shoot_and_measure(const Scene& scene, const MajorantTables& bounds);
 
 /// What `tyndall bake` writes.
-BakedLight baked(const Scene& scene, bool with_directions = true, bool per_light = false);
+BakedLight baked(const Scene& scene, bool with_directions = true, bool per_light = false,
+                 bool multiple_only = false);
 
 /// Renders `scene` on the CPU with `count` seeds from its own one on: replicates of its picture.
 std::vector<RenderResult> replicates(Scene scene, int count);

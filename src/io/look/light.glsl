@@ -25,12 +25,54 @@ vec3 emitted(vec3 p) {
   return is_within(q) ? texture(emission, q).rgb : vec3(0.0);
 }
 
+// Henyey and Greenstein's phase function [1/sr], for light whose direction turns by this cosine.
+float henyey_greenstein(float cosine, float g) {
+  float narrow = 1.0 - abs(g);
+  float turned = g < 0.0 ? -cosine : cosine;
+  float spread = narrow * narrow + 2.0 * abs(g) * abs(1.0 - turned);
+  return 0.0795774715 * (1.0 - g * g) / (spread * sqrt(spread));
+}
+
+// One channel of scattered_light(): a lobe about the light's direction, with the mean and the slope
+// of what is scattered. Their sum itself, mean + g dot(direction, slope), may dip below 0.
+float scattered_lobe(float mean, vec3 slope, vec3 direction, float g) {
+  float steepness = length(slope);
+  if (!(mean > 0.0) || !(steepness > 0.0)) return mean > 0.0 ? mean : 0.0;
+  float narrowed = g * min(steepness / (3.0 * mean), 1.0);
+  return 12.5663706 * mean * henyey_greenstein(dot(direction, slope) / steepness, narrowed);
+}
+
 // Radiance that matter at p scatters towards `direction` (a unit vector), per unit of extinction.
 // albedo: of the matter; g: the mean cosine of its phase function.
 vec3 scattered_light(vec3 p, vec3 direction, vec3 albedo, float g) {
   vec3 q = (p - light_min) / (light_max - light_min);
-  vec3 slope = direction.x * texture(inscatter_x, q).rgb + direction.y * texture(inscatter_y, q).rgb
-      + direction.z * texture(inscatter_z, q).rgb;
-  // A series cut off after its first order may dip below 0.
-  return albedo * max(texture(inscatter, q).rgb + g * slope, vec3(0.0));
+  vec3 mean = texture(inscatter, q).rgb;
+  vec3 x = texture(inscatter_x, q).rgb;
+  vec3 y = texture(inscatter_y, q).rgb;
+  vec3 z = texture(inscatter_z, q).rgb;
+  return albedo * vec3(scattered_lobe(mean.r, vec3(x.r, y.r, z.r), direction, g),
+                       scattered_lobe(mean.g, vec3(x.g, y.g, z.g), direction, g),
+                       scattered_lobe(mean.b, vec3(x.b, y.b, z.b), direction, g));
+}
+
+// Fraction of light that gets from p, within the box, out of it along `direction`.
+float transmittance(vec3 p, vec3 direction, int steps) {
+  vec3 ends = mix(density_min, density_max, step(vec3(0.0), direction));
+  vec3 ways = abs(ends - p) / max(abs(direction), vec3(1e-6));
+  float stride = min(ways.x, min(ways.y, ways.z)) / float(steps);
+  float depth = 0.0;
+  for (int i = 0; i < steps; ++i) {
+    float way = stride * (float(i) + 0.5);
+    depth += extinction(p + way * direction);
+  }
+  return exp(-stride * depth);
+}
+
+// What a bake without single scattering (--multiple-only) lacks, to be added to scattered_light():
+// light that comes straight from far away and is scattered once. towards_light: a unit vector;
+// irradiance: on a plane across it. With more than one light, once for each.
+vec3 scattered_once(vec3 p, vec3 direction, vec3 towards_light, vec3 irradiance, vec3 albedo,
+                    float g, int steps) {
+  return albedo * irradiance * henyey_greenstein(-dot(direction, towards_light), g)
+      * transmittance(p, towards_light, steps);
 }

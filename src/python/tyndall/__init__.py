@@ -164,10 +164,12 @@ def render(scene, overrides=None, *, device="auto", threads=0, progress=None):
     return Result(**_call(_core.render, scene, overrides, *_work(device, threads, progress)))
 
 
-def bake(scene, overrides=None, *, order=1, per_light=False, device="auto", threads=0, progress=None):
-    """Shoots the photons of `scene` and returns their Light. `order` 0: without directions. Raises Error."""
+def bake(scene, overrides=None, *, order=1, per_light=False, multiple_only=False, device="auto", threads=0,
+         progress=None):
+    """Shoots the photons of `scene` and returns their Light. `order` 0: without directions. `multiple_only`: without what
+    lights scatter once. Raises Error."""
     return Light(**_call(_core.bake, scene, overrides, *_work(device, threads, progress),
-                         _integer("order", order, 1) > 0, bool(per_light)))
+                         _integer("order", order, 1) > 0, bool(per_light), bool(multiple_only)))
 
 
 def validate(scene, overrides=None):
