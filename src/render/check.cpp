@@ -352,10 +352,19 @@ class Checker {
     if (problems_.errors.size() == errors) size(path, c);
   }
 
-  /// Matter of one unit in a box of another is a speck that few photons find.
+  /// Matter of one unit in a box of another is a speck that few photons find. Of a volume its whole
+  /// extent counts, however little of that is filled.
   void size(const std::string& path, const scene::Component& c) {
     const glm::dvec3 box = scene_.medium.box_max - scene_.medium.box_min;
-    const double share = filled_volume(c) / (box.x * box.y * box.z);
+    double space = filled_volume(c);
+    if (const auto* grid = std::get_if<scene::SparseGrid>(&c.field);
+        grid && grid->volume && space > 0 && space < endless) {
+      const Volume& v = *grid->volume;
+      const glm::dvec3 extent = glm::dvec3(v.high() - v.low()) + 1.0;
+      space = extent.x * extent.y * extent.z
+              * std::abs(glm::determinant(glm::dmat3(c.transform * fitted(*grid) * v.to_world())));
+    }
+    const double share = space / (box.x * box.y * box.z);
     constexpr double least = 1e-6;
     if (share > 0 && share < least)
       warning(
