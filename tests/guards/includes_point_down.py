@@ -67,7 +67,7 @@ def unit_of(folder):
 
 def resolve(source, name):
     """The file of this repository that an #include names, relative to the root, or None for outside headers."""
-    for base in (source.parent, ROOT / "include", ROOT / "src", ROOT):
+    for base in (source.parent, ROOT / "include", ROOT / "src", ROOT / "tests", ROOT):
         candidate = (base / name).resolve()
         if candidate.is_file() and candidate.is_relative_to(ROOT):
             return candidate.relative_to(ROOT).as_posix()
