@@ -82,12 +82,19 @@ template <class Medium>
 inline constexpr bool is_plain =
     !std::is_same_v<Medium, MixedMedium> && !std::is_same_v<Medium, SingleMedium<SparseGrid>>;
 
+/// Whether lanes carry much from turn to turn: samples of the picture do.
+template <class Pass>
+inline constexpr bool is_large = sizeof(typename Pass::State) > 64;
+
 /// Blocks of a multiprocessor at the same time: as many as leave lanes the registers that they ask
 /// for, so that none has a stack (tests/guards/cuda.sh).
 template <class Pass>
-inline constexpr int blocks_at_once = sizeof(typename Pass::State) > 64 || !has_majorants<Pass> ? 3
-                                      : is_plain<decltype(Pass::medium)>                        ? 5
-                                                                                                : 4;
+inline constexpr int blocks_at_once =
+    is_large<Pass> && !has_majorants<Pass> && std::is_same_v<decltype(Pass::medium), MixedMedium>
+        ? 2
+    : is_large<Pass> || !has_majorants<Pass> ? 3
+    : is_plain<decltype(Pass::medium)>       ? 5
+                                             : 4;
 
 /// Paths begin, in any order: those of indices [begin, end) that have a flight.
 template <class Pass>
