@@ -11,6 +11,7 @@
 #include "io/phase_file.h"
 #include "support/adding_doubling.h"
 #include "support/volumes.h"
+#include "tyndall/render/part.h"
 
 namespace tyndall::test {
 namespace {
@@ -60,9 +61,8 @@ std::vector<scene::Light> lights_of(const Combination& c) {
     return {sun, scene::EnvironmentLight{glm::dvec3(0.1)}};
   }
   if (c.lights != "many") return {sun};
-  std::vector<scene::Light> lights{
-      sun, scene::DirectionalLight{{0.7, -0.3, 0.5}, {0.2, 0.5, 0.8}},
-      scene::DirectionalLight{{-0.2, 0.9, -0.4}, {0.8, 0.5, 0.2}}};
+  std::vector<scene::Light> lights{sun, scene::DirectionalLight{{0.7, -0.3, 0.5}, {0.2, 0.5, 0.8}},
+                                   scene::DirectionalLight{{-0.2, 0.9, -0.4}, {0.8, 0.5, 0.2}}};
   if (c.medium != "slab")  // which has images of it without end
     lights.push_back(scene::SphereLight{{1.6, 0.3, 1.4}, 0.3, glm::dvec3(1)});
   return lights;
@@ -70,6 +70,12 @@ std::vector<scene::Light> lights_of(const Combination& c) {
 
 scene::Field field_of(const Combination& c) {
   if (c.medium == "noise") return low_variation(6);
+  if (c.medium == "vdb") {
+    scene::SparseGrid grid;
+    grid.volume = load("ball.vdb").volume;
+    grid.fit = scene::SparseGrid::Fit::unit_cube;
+    return grid;
+  }
   if (c.medium == "ball") return scene::Solid{scene::Sphere{}};
   return scene::Solid{};
 }
@@ -90,10 +96,47 @@ std::optional<double> exact_radiance(const Combination& c) {
                                  : reference.reflected(0);
 }
 
-void add_pictures(Replicates& pictures, Scene& scene, std::size_t count, Backend& backend) {
-  for (std::size_t i = 0; i < count; ++i, ++scene.seed)
-    pictures.push_back(blocks(render(scene, backend)));
+/// Pictures, each one of the replicates that a render is made of, which has photons and light of
+/// its own. They share what is measured of the matter.
+class Pictures {
+ public:
+  Pictures(const Scene& scene, Backend& backend) : scene_(scene), backend_(&backend) {}
+
+  void add_to(Replicates& pictures, std::size_t count) {
+    for (; count > 0; --count, ++next_) {
+      if (next_ == most_replicates) next_ = 0, ++scene_.seed, measured_.reset();
+      const std::uint64_t samples = scene_.samples / most_replicates;
+      RenderOptions options;
+      options.samples = IndexRange{next_ * samples, (next_ + 1) * samples};
+      options.keeps_light = true;
+      Renderer renderer(scene_, *backend_, options);
+      if (measured_) renderer.resume(*measured_, "what was measured");
+      renderer.run();
+      pictures.push_back(blocks(renderer.result()));
+      measured_ = renderer.part();
+      measured_->replicates.assign(most_replicates, {});
+      measured_->film = {};
+    }
+  }
+
+ private:
+  Scene scene_;
+  Backend* backend_;
+  std::uint64_t next_ = 0;
+  std::optional<Partial> measured_;
+};
+
+Scene by_paths(Scene scene) {
+  scene.integrator = scene::Integrator::path;
+  scene.seed += 1000;
+  return scene;
 }
+
+bool is_noisy(const Bias& b, double noise) {
+  return b.mean.error > noise * mean_noise || b.square.error > noise * noise * square_noise;
+}
+
+fs::path record() { return source_folder() / "tests" / "golden" / "blocks.txt"; }
 
 }  // namespace
 
@@ -159,9 +202,9 @@ Scene scene_of(const Combination& c) {
   scene.medium.components[0].extinction = c.optical_depth / optical_depth(scene);
   // Sideways is up for a slab's grazing view, where it is lit from below.
   const glm::dvec3 sun = sunlight(c), middle(0.5);
-  const glm::dvec3 across = c.medium == "slab"
-                                ? glm::dvec3(0, std::sqrt(1 - slab_cosine * slab_cosine), slab_cosine)
-                                : glm::dvec3(0, 1, 0);
+  const glm::dvec3 across =
+      c.medium == "slab" ? glm::dvec3(0, std::sqrt(1 - slab_cosine * slab_cosine), slab_cosine)
+                         : glm::dvec3(0, 1, 0);
   const glm::dvec3 look = c.view == "forwards" ? -sun : c.view == "backwards" ? sun : across;
   scene.camera.projection = scene::Projection::orthographic;
   scene.camera.position = middle - 3.0 * look;
@@ -169,8 +212,8 @@ Scene scene_of(const Combination& c) {
   scene.camera.up = c.view == "sideways" ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
   scene.camera.width = 1;
   scene.camera.resolution = {width, width};
-  scene.photons = 100000;
-  scene.samples = 64;
+  scene.photons = most_replicates * 100000;
+  scene.samples = most_replicates * 256;
   return scene;
 }
 
@@ -188,23 +231,32 @@ std::vector<double> blocks(const RenderResult& result) {
 
 Comparison compare(const Combination& c) {
   const auto backend = make_cpu_backend();
-  Scene photons = scene_of(c), paths = photons;
-  paths.integrator = scene::Integrator::path;
-  paths.seed += 1000;
+  const Scene scene = scene_of(c);
+  if (const std::optional<double> exact = exact_radiance(c))
+    return compare(scene, {std::vector<double>(blocks_across * blocks_across, *exact)}, c.noise);
+  Pictures photons(scene, *backend), paths(by_paths(scene), *backend);
   Replicates pictures, truth;
-  const std::optional<double> exact = exact_radiance(c);
-  add_pictures(pictures, photons, first_pictures, *backend);
-  if (exact) {
-    truth = {std::vector<double>(pictures[0].size(), *exact)};
-  } else {
-    add_pictures(truth, paths, first_pictures, *backend);
-  }
+  photons.add_to(pictures, first_pictures);
+  paths.add_to(truth, first_pictures);
   Bias b = bias(pictures, truth);
-  while (b.mean.error > c.noise * mean_noise || b.square.error > c.noise * c.noise * square_noise) {
+  while (is_noisy(b, c.noise)) {
     const bool is_truth = b.from_truth > b.from_pictures;
     Replicates& more = is_truth ? truth : pictures;
     if (more.size() >= most_pictures) break;
-    add_pictures(more, is_truth ? paths : photons, 4, *backend);
+    (is_truth ? paths : photons).add_to(more, 4);
+    b = bias(pictures, truth);
+  }
+  return {b, pictures.size(), truth.size()};
+}
+
+Comparison compare(const Scene& scene, const Replicates& truth, double noise) {
+  const auto backend = make_cpu_backend();
+  Pictures photons(scene, *backend);
+  Replicates pictures;
+  photons.add_to(pictures, first_pictures);
+  Bias b = bias(pictures, truth);
+  while (is_noisy(b, noise) && pictures.size() < most_pictures) {
+    photons.add_to(pictures, 4);
     b = bias(pictures, truth);
   }
   return {b, pictures.size(), truth.size()};
@@ -212,14 +264,55 @@ Comparison compare(const Combination& c) {
 
 void expect_accurate(const Comparison& comparison, const std::string& name, double noise) {
   const Bias& b = comparison.bias;
-  std::printf("%s: mean %+.2f +- %.2f %%, RMS^2 %+.4f +- %.4f %% (%zu pictures, %zu of the truth)\n",
-              name.c_str(), 100 * b.mean.value, 100 * b.mean.error, 100 * b.square.value,
-              100 * b.square.error, comparison.pictures, comparison.truth);
+  std::printf(
+      "%s: mean %+.2f +- %.2f %%, RMS^2 %+.4f +- %.4f %% (%zu pictures, %zu of the truth)\n",
+      name.c_str(), 100 * b.mean.value, 100 * b.mean.error, 100 * b.square.value,
+      100 * b.square.error, comparison.pictures, comparison.truth);
   std::fflush(stdout);
   EXPECT_LE(b.mean.error, noise * mean_noise) << name;
   EXPECT_LE(b.square.error, noise * noise * square_noise) << name;
   EXPECT_LT(std::abs(b.mean.value), 0.01 + 4 * b.mean.error) << name;
   EXPECT_LT(b.square.value, 0.02 * 0.02 + 4 * b.square.error) << name;
+}
+
+std::vector<Combination> recorded() {
+  return {{"0.85", 10, "aslant", "noise", "sideways", 1},
+          {"0.85", 10, "aslant", "vdb", "sideways", 1}};
+}
+
+Scene scene_of_recorded(const Combination& c) {
+  Scene scene = scene_of(c);
+  scene.camera.width = 0.6;  // matter in all blocks
+  return scene;
+}
+
+void print_record() {
+  const auto backend = make_cpu_backend();
+  for (const Combination& c : recorded()) {
+    Scene scene = by_paths(scene_of_recorded(c));
+    scene.samples *= 4;
+    Replicates truth;
+    Pictures(scene, *backend).add_to(truth, most_replicates);
+    for (const std::vector<double>& picture : truth) {
+      std::printf("%s", c.medium.c_str());
+      for (const double radiance : picture) std::printf(" %.6g", radiance);
+      std::printf("\n");
+    }
+  }
+}
+
+Replicates read_record(const std::string& medium) {
+  Replicates truth;
+  std::ifstream file(record());
+  for (std::string line; std::getline(file, line);) {
+    std::istringstream words(line);
+    std::string name;
+    words >> name;
+    if (name != medium) continue;
+    truth.emplace_back();
+    for (double radiance; words >> radiance;) truth.back().push_back(radiance);
+  }
+  return truth;
 }
 
 }  // namespace tyndall::test

@@ -17,7 +17,7 @@ struct Combination {
   std::string phase;     ///< a mean cosine of Henyey and Greenstein's, "two lobes" or "droplets"
   double optical_depth;  ///< through the middle, along z
   std::string lights;    ///< "zenith", "aslant", "sky" or "many"
-  std::string medium;    ///< "slab", "noise" or "ball"
+  std::string medium;    ///< "slab", "noise", "ball", or a "vdb", which no combination has
   std::string view;      ///< "forwards", towards the (first) sun, "sideways" or "backwards"
   double albedo;
   /// Least errors that the noise allows at reasonable cost, where they are above the usual ones.
@@ -44,10 +44,22 @@ struct Comparison {
 /// Renders, with a seed each, pictures by photons and by paths until the errors are as small as
 /// asked for, or 64 of them. The truth is that of the doubling of layers where it has it.
 Comparison compare(const Combination& combination);
+/// The same for pictures by photons alone.
+Comparison compare(const Scene& scene, const Replicates& truth, double noise = 1);
 
 /// Default pictures are within 1 % in the mean and within 2 % RMS over the blocks, but for four
 /// standard errors, which are small enough to tell.
 void expect_accurate(const Comparison& comparison, const std::string& name, double noise = 1);
 
+// ---- Recorded pictures of paths
+
+/// A cloud of noise and a VDB, which wants TYNDALL_NEEDS_VOLUMES, that scatter as clouds do, in the
+/// sun.
+std::vector<Combination> recorded();
+Scene scene_of_recorded(const Combination& combination);
+/// To standard output: a line for each picture by paths, of its medium and its 16 blocks.
+void print_record();
+/// \return the pictures of a medium; none: there are none of it.
+Replicates read_record(const std::string& medium);
 
 }  // namespace tyndall::test

@@ -81,17 +81,16 @@ Bias bias(const Replicates& pictures, const Replicates& truth) {
   for (std::size_t p = 0; p < b.places(); ++p)
     radiance += b.at(p, b.count()).mean / static_cast<double>(b.places());
   const Differences all = differences(a, b, a.count(), b.count());
-  const Differences of_pictures = jackknife(a.count(), [&](std::size_t i) {
-    return differences(a, b, i, b.count());
-  }), of_truth = jackknife(b.count(), [&](std::size_t i) {
-    return differences(a, b, a.count(), i);
-  });
+  const Differences of_pictures = jackknife(
+                        a.count(), [&](std::size_t i) { return differences(a, b, i, b.count()); }),
+                    of_truth = jackknife(
+                        b.count(), [&](std::size_t i) { return differences(a, b, a.count(), i); });
   const double scale = 1 / radiance;
-  return {{all.mean * scale, std::sqrt(of_pictures.mean + of_truth.mean) * scale},
-          {all.square * scale * scale,
-           std::sqrt(of_pictures.square + of_truth.square) * scale * scale},
-          std::sqrt(of_pictures.mean) * scale,
-          std::sqrt(of_truth.mean) * scale};
+  return {
+      {all.mean * scale, std::sqrt(of_pictures.mean + of_truth.mean) * scale},
+      {all.square * scale * scale, std::sqrt(of_pictures.square + of_truth.square) * scale * scale},
+      std::sqrt(of_pictures.mean) * scale,
+      std::sqrt(of_truth.mean) * scale};
 }
 
 }  // namespace tyndall::test
