@@ -213,7 +213,8 @@ Scene scene_of(const Combination& c) {
   scene.camera.width = 1;
   scene.camera.resolution = {width, width};
   scene.photons = most_replicates * 100000;
-  scene.samples = most_replicates * 256;
+  // Few of a thin medium's meet it.
+  scene.samples = most_replicates * (c.optical_depth < 1 ? 1024 : 256);
   return scene;
 }
 
@@ -289,14 +290,14 @@ Scene scene_of_recorded(const Combination& c) {
 void print_record() {
   const auto backend = make_cpu_backend();
   for (const Combination& c : recorded()) {
-    Scene scene = by_paths(scene_of_recorded(c));
-    scene.samples *= 4;
+    const Scene scene = by_paths(scene_of_recorded(c));
     Replicates truth;
     Pictures(scene, *backend).add_to(truth, most_replicates);
     for (const std::vector<double>& picture : truth) {
       std::printf("%s", c.medium.c_str());
       for (const double radiance : picture) std::printf(" %.6g", radiance);
       std::printf("\n");
+      std::fflush(stdout);
     }
   }
 }
