@@ -290,7 +290,8 @@ Scene scene_of_recorded(const Combination& c) {
 void print_record() {
   const auto backend = make_cpu_backend();
   for (const Combination& c : recorded()) {
-    const Scene scene = by_paths(scene_of_recorded(c));
+    Scene scene = by_paths(scene_of_recorded(c));
+    scene.samples *= 16;
     Replicates truth;
     Pictures(scene, *backend).add_to(truth, most_replicates);
     for (const std::vector<double>& picture : truth) {
