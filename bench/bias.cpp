@@ -15,6 +15,7 @@
 
 #include "io/scene_json.h"
 #include "support/adding_doubling.h"
+#include "support/bias.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
@@ -53,47 +54,21 @@ double mean(const Replicates& pictures, std::size_t pixel, const Value& value) {
   return sum / static_cast<double>(pictures.size());
 }
 
-struct Estimate {
-  double value, error;  // one standard deviation
-};
+/// Of some pixels.
+test::Replicates greys(const Replicates& pictures, const std::vector<std::size_t>& pixels) {
+  test::Replicates out;
+  for (const Picture& picture : pictures) {
+    out.emplace_back();
+    for (const std::size_t p : pixels) out.back().push_back(grey(picture, p));
+  }
+  return out;
+}
 
-/// Bias of `photons` over some pixels, as shares of their mean radiance.
-struct Bias {
-  Estimate square, mean;  // of the RMS; of the mean
-};
+using test::Bias;
 
-/// Replicate i has the difference d_i. The mean product of two of them, i and j apart, is the
-/// square of the bias: their noise is independent, so it has no part in it. Errors are the
-/// jackknife's.
 Bias bias(const Replicates& photons, const Replicates& paths,
           const std::vector<std::size_t>& pixels) {
-  const std::size_t n = photons.size();
-  std::vector<double> products(n + 1), means(n + 1);  // without replicate i; of all
-  double radiance = 0;
-  for (const std::size_t p : pixels) {
-    std::vector<double> d;
-    double sum = 0, squares = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      d.push_back(grey(photons[i], p) - grey(paths[i], p));
-      sum += d[i], squares += d[i] * d[i];
-    }
-    d.push_back(0);
-    for (std::size_t i = 0; i <= n; ++i) {
-      const double s = sum - d[i], m = static_cast<double>(i < n ? n - 1 : n);
-      products[i] += (s * s - (squares - d[i] * d[i])) / (m * (m - 1));
-      means[i] += s / m;
-    }
-    radiance += mean(paths, p, grey);
-  }
-  const auto estimate = [n](const std::vector<double>& values, double scale) {
-    double center = 0, spread = 0;
-    for (std::size_t i = 0; i < n; ++i) center += values[i] / static_cast<double>(n);
-    for (std::size_t i = 0; i < n; ++i) spread += (values[i] - center) * (values[i] - center);
-    const double share = static_cast<double>(n - 1) / static_cast<double>(n);
-    return Estimate{values[n] * scale, std::sqrt(share * spread) * scale};
-  };
-  const double count = static_cast<double>(pixels.size());
-  return {estimate(products, count / (radiance * radiance)), estimate(means, 1 / radiance)};
+  return test::bias(greys(photons, pixels), greys(paths, pixels));
 }
 
 /// Below its noise the RMS is not known, but for a limit (two standard deviations).
