@@ -347,12 +347,13 @@ struct Sight {
 
 /// Gathers a sample of a pixel, all of one pixel's before the next one's, since their rays meet the
 /// same matter, which a cache then has at hand: a path from the camera. At each of its
-/// collisions it adds what the matter emits and, by a shadow walk, what a light sends there. From
-/// the scattering number `bounces` on, the light that was scattered before is split: the smooth
-/// part of the phase function is integrated with the illumination grid, whose harmonics hold all of
-/// it, and the path goes on for the rest, P - P_smooth, of either sign. Without a grid it is a path
-/// tracer. Lights that rays meet are found both ways, by asking them and by phase-function
-/// sampling, weighted by the balance heuristic [Veach1997].
+/// collisions it adds what the matter emits and, by a shadow ray, what a light sends there. After
+/// `bounces` scatterings it reads the light that was scattered before from the illumination grid.
+/// Where the grid's harmonics lack light that the phase function P uses, the path goes on: it adds
+/// what it finds in a direction of P, less the grid's own radiance from there (take_back), times
+/// (P - S) / P of either sign, S being Phase::smooth: see split_phase(). Without a grid it is a
+/// path tracer. Lights that rays hit are sampled both by next-event estimation and by the phase
+/// function, weighted by the balance heuristic [Veach1997].
 template <class Medium, class Sampler>
 struct GatherPass {
   Medium medium;
