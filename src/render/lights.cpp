@@ -190,16 +190,17 @@ struct Yield {
 };
 
 /// Points of the additive recurrence of the generalised golden ratio in 6 dimensions [Roberts2018]:
-/// the same everywhere.
-Yield try_out(const Emitter& emitter, const Box& box, const Target& target) {
+/// the same everywhere. \param lights the clumps that it may be aimed at
+Yield try_out(const Emitter& emitter, const Lights& lights, const Box& box, const Target& target) {
   constexpr std::uint32_t count = 8192;
   constexpr std::uint32_t step[] = {0xe60e2b73u, 0xcebd76dbu, 0xb9c9aa3bu,
                                     0xa6f5777fu, 0x9609c71fu, 0x86d516e5u};
   Yield yield;
   for (std::uint32_t i = 1; i <= count; ++i) {
     const auto word = [&](int k) { return 0x80000000u + i * step[k]; };
-    Photon photon =
-        tyndall::emit(emitter, box, {0, word(2), word(3), 0}, {word(0), word(1), word(4), word(5)});
+    const RandomBlock first{0, word(2), word(3), 0}, aim{word(0), word(1), word(4), word(5)};
+    Photon photon = emitter.clump >= 0 ? emit_at_clump(emitter, lights, first, aim)
+                                       : tyndall::emit(emitter, box, first, aim);
     if (!(largest(photon.weight) > 0)) continue;
     yield.weight += 1.0 / count;
     if (enter(box, photon.ray) && target.is_met_by(photon.ray)) yield.arriving += 1.0 / count;
@@ -282,7 +283,7 @@ class LightList {
     for (std::size_t i = first; i < emitters_.size(); ++i) {
       const double power = largest(emitters_[i].power);
       shot += power;
-      arriving += power * try_out(emitters_[i].value, box_, target_).arriving;
+      arriving += power * try_out(emitters_[i].value, out_.lights(), box_, target_).arriving;
     }
     constexpr double dim = 0.01;
     if (shot > 0 && arriving < dim * shot) out_.dim_lights.push_back(name);
@@ -484,7 +485,7 @@ class LightList {
 
     double wasted() const { return etendue * (1 - yield.arriving); }
   };
-  void judge(Way& way) const { way.yield = try_out(way.emitter, box_, target_); }
+  void judge(Way& way) const { way.yield = try_out(way.emitter, out_.lights(), box_, target_); }
 
   void add(const scene::RectangleLight& light) {
     std::vector<Way> tiles{send(light)};
