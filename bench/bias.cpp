@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -30,6 +31,7 @@ struct Options {
   int seeds = 8, width = 48;
   std::uint64_t photons = 4000000, samples = 64, path_samples = 1024;
   bool slabs = false;
+  std::vector<double> depths{0.1, 2, 10, 100}, gs{0, 0.5, 0.85, 0.95};
 };
 
 /// A picture of each seed.
@@ -122,53 +124,72 @@ std::array<int, 3> grid_of(const Scene& scene, int resolution) {
   return {along(extent.x), along(extent.y), along(extent.z)};
 }
 
-/// Slabs of albedo 1 in the sun, seen along its direction: the mean radiance against the doubling
-/// of layers.
+/// A slab of albedo 1 in the sun, seen along its direction.
+Scene slab(double depth, double g) {
+  Scene scene;
+  scene.medium.sides = {scene::Side::periodic, scene::Side::periodic, scene::Side::open};
+  scene::Component c;
+  c.extinction = depth;
+  c.phase = scene::HenyeyGreensteinPhase{g};
+  scene.medium.components = {c};
+  scene.lights = {scene::DirectionalLight{{0, 0, 1}, glm::dvec3(1)}};
+  scene.camera.projection = scene::Projection::orthographic;
+  scene.camera.position = {0.5, 0.5, -3};
+  scene.camera.look_at = {0.5, 0.5, 0};
+  scene.camera.width = 0.9;
+  // Nothing varies across: what the cells do to the light is the same, with less noise.
+  scene.illumination_resolution = {1, 1, stored_illumination_resolution(scene)[2]};
+  return scene;
+}
+
+/// The bias of the mean radiance, and error^2 x CPU-s of a pixel of one picture [1e-3 s].
+void print_slab(const Scene& scene, double exact, int seeds, Backend& backend) {
+  const std::clock_t begin = std::clock();
+  const Replicates pictures = replicates(scene, seeds, backend);
+  const double seconds = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC / seeds;
+  std::vector<double> means;
+  double mean = 0, spread = 0, square = 0;
+  for (const Picture& picture : pictures) {
+    means.push_back(0);
+    const std::size_t pixels = picture.rgba.size() / 4;
+    for (std::size_t p = 0; p < pixels; ++p) {
+      const double error = grey(picture, p) / exact - 1;
+      means.back() += error / static_cast<double>(pixels);
+      square += error * error / static_cast<double>(pixels * pictures.size());
+    }
+  }
+  const auto n = static_cast<double>(seeds);
+  for (const double m : means) mean += m / n;
+  for (const double m : means) spread += (m - mean) * (m - mean);
+  std::printf(" %+.2f ± %.2f %% (%.3g) |", 100 * mean, 100 * std::sqrt(spread / (n * (n - 1))),
+              1e3 * square * seconds);
+  std::fflush(stdout);
+}
+
+/// Slabs against the doubling of layers.
 void print_slabs(const Options& options, Backend& backend) {
   std::printf("| optical depth, g |");
   for (const int bounces : options.bounces) std::printf(" %d bounces |", bounces);
-  std::printf(" exact [1/sr] |\n|---|");
+  std::printf(" paths | exact [1/sr] |\n|---|");
   for (std::size_t i = 0; i < options.bounces.size(); ++i) std::printf("---|");
-  std::printf("---|\n");
-  for (const double depth : {0.1, 2.0, 10.0, 100.0}) {
-    for (const double g : {0.0, 0.5, 0.85, 0.95}) {
+  std::printf("---|---|\n");
+  for (const double depth : options.depths) {
+    for (const double g : options.gs) {
       const double exact = test::SlabReference(depth, 1, test::henyey_greenstein_moments(g, 400),
                                                {}, g > 0.9 ? 160 : 64)
                                .reflected(-1);
       std::printf("| %g, %g |", depth, g);
+      Scene scene = slab(depth, g);
+      scene.camera.resolution = {options.width, options.width};
+      scene.photons = options.photons;
+      scene.samples = options.samples;
       for (const int bounces : options.bounces) {
-        Scene scene;
-        scene.medium.sides = {scene::Side::periodic, scene::Side::periodic, scene::Side::open};
-        scene::Component c;
-        c.extinction = depth;
-        c.phase = scene::HenyeyGreensteinPhase{g};
-        scene.medium.components = {c};
-        scene.lights = {scene::DirectionalLight{{0, 0, 1}, glm::dvec3(1)}};
-        scene.camera.projection = scene::Projection::orthographic;
-        scene.camera.position = {0.5, 0.5, -3};
-        scene.camera.look_at = {0.5, 0.5, 0};
-        scene.camera.width = 0.9;
-        scene.camera.resolution = {options.width, options.width};
-        // Nothing varies across: what the cells do to the light is the same, with less noise.
-        scene.illumination_resolution = {1, 1, stored_illumination_resolution(scene)[2]};
-        scene.photons = options.photons;
-        scene.samples = options.samples;
         scene.bounces = bounces;
-        std::vector<double> means;
-        double mean = 0, spread = 0;
-        for (const Picture& picture : replicates(scene, options.seeds, backend)) {
-          means.push_back(0);
-          const std::size_t pixels = picture.rgba.size() / 4;
-          for (std::size_t p = 0; p < pixels; ++p)
-            means.back() += grey(picture, p) / static_cast<double>(pixels) / exact;
-        }
-        const auto n = static_cast<double>(means.size());
-        for (const double m : means) mean += m / n;
-        for (const double m : means) spread += (m - mean) * (m - mean);
-        std::printf(" %+.2f ± %.2f %% |", 100 * (mean - 1),
-                    100 * std::sqrt(spread / (n * (n - 1))));
-        std::fflush(stdout);
+        print_slab(scene, exact, options.seeds, backend);
       }
+      scene.integrator = scene::Integrator::path;
+      scene.samples = options.path_samples;
+      print_slab(scene, exact, options.seeds, backend);
       std::printf(" %.5g |\n", exact);
     }
   }
@@ -182,6 +203,12 @@ int run(int argc, char** argv) {
   auto* slabs = app.add_flag("--slabs", options.slabs,
                              "slabs that scatter by Henyey-Greenstein, against a reference");
   scenes->excludes(slabs);
+  app.add_option("--depths", options.depths, "optical depths of the slabs")
+      ->delimiter(',')
+      ->check(CLI::Range(0.01, 1000.0));
+  app.add_option("--g", options.gs, "mean cosines of the slabs' phase functions")
+      ->delimiter(',')
+      ->check(CLI::Range(-0.98, 0.98));
   app.add_option("--grids", options.grids, "cells along the longest edge, 0: the scene's own")
       ->delimiter(',');
   app.add_option("--bounces", options.bounces, "before the grid is read")->delimiter(',');

@@ -334,7 +334,7 @@ struct Sight {
   float rest = 1;  ///< factor of the throughput from the next collision on: 1, or the part of the
                    ///< phase function that was not read from the grid over the phase function; 0:
                    ///< the path ends there
-  float pdf = 0;   ///< of the direction it scattered into [1/sr]
+  float pdf = 0;   ///< the phase function in the direction it scattered into [1/sr], for MIS
 
   // A shadow walk, and what comes after it:
   bool in_shadow_walk = false;
@@ -352,7 +352,8 @@ struct Sight {
 /// Where the grid's harmonics lack light that the phase function P uses, the path goes on: it adds
 /// what it finds in a direction of P, less the grid's own radiance from there (take_back), times
 /// (P - S) / P of either sign, S being Phase::smooth: see split_phase(). Without a grid it is a
-/// path tracer. Lights that rays hit are sampled both by next-event estimation and by the phase
+/// path tracer. Some directions of such a P are sampled about the direction to a light
+/// (turn_to_light). Lights that rays hit are sampled both by next-event estimation and by the phase
 /// function, weighted by the balance heuristic [Veach1997].
 template <class Medium, class Sampler>
 struct GatherPass {
@@ -444,6 +445,8 @@ struct GatherPass {
     sight.onward = {p, phase.sample(direction, uniform_symmetric(path.drawn.c),
                                     uniform_symmetric(path.drawn.d))};
     sight.tau = path.tau;
+    if (phase.is_split && lights.any_asked())
+      sight.throughput = turn_to_light(sight, phase, direction, random, path) * sight.throughput;
     const float cosine = dot(direction, sight.onward.direction);
     sight.pdf = phase.pdf(cosine);
     sight.rest = reads ? rest_of(phase, cosine, sight.pdf, random, path.event) : 1.0f;
@@ -466,6 +469,9 @@ struct GatherPass {
 
  private:
   static constexpr float beyond_rounding = 1.0f + 1e-5f;
+  /// Of the directions at the first collision; at number n 1/n of it, so that the weights of long
+  /// paths grow no faster than a small power of their length.
+  static constexpr float turned_fraction = 0.25f;
 
   /// \param path ends at a ground
   TYN_HD static float distance_to_ground(const Sight& sight, const Path& path) {
@@ -495,6 +501,24 @@ struct GatherPass {
       const float density = (1.0f / pi) * dot(normal, to_light);
       return Weighed{density, density};
     });
+  }
+
+  /// Samples a fraction of the directions from `phase` about the direction to a light. Where the
+  /// phase function has a peak, light that turns by a large angle here and by a small one at the
+  /// next collision is found too rarely otherwise, with a large weight.
+  /// \return the phase function over the density of `sight.onward.direction` (one-sample MIS with
+  /// the balance heuristic, given the light): at most 1 / (1 - turned_fraction).
+  TYN_HD float turn_to_light(Sight& sight, const Phase& phase, Vec3f direction,
+                             const RandomStream& random, const Path& path) const {
+    const Vec3f to_light =
+        lights.sample(path.ray.origin, random.block(path.event, Purpose::light)).direction;
+    const float fraction = divide(turned_fraction, static_cast<float>(sight.collisions));
+    if (uniform(random.block(path.event, Purpose::scatter).c) < fraction)
+      sight.onward.direction =
+          phase.sample(to_light, uniform_symmetric(path.drawn.c), uniform_symmetric(path.drawn.d));
+    const float density = phase.pdf(dot(direction, sight.onward.direction));
+    const float about_light = phase.pdf(dot(to_light, sight.onward.direction));
+    return divide(density, max(lerp(density, about_light, fraction), 1e-30f));
   }
 
   /// \return the part of `phase` that the grid does not integrate over all of it at `cosine`, of
