@@ -835,9 +835,10 @@ const Kind<Scene>& table() {
            "gather",
            {key("samples", &Scene::samples, integer<std::uint64_t>(limits::samples), "",
                 "per pixel"),
-            key("bounces", &Scene::bounces, integer<int>(limits::bounces), "",
+            key("bounces", &Scene::bounces, or_null(integer<int>(limits::bounces)), "",
                 "scatterings of the camera's paths before they read the grid: more are "
-                "slower, and less blurred by its cells"),
+                "slower, and less blurred by its cells. null: 1, and up to 3 where cells are wider "
+                "than 0.9 transport mean free paths"),
             key("single_scattering", &Scene::single_scattering,
                 choice<SingleScattering>(
                     {{"apart", SingleScattering::apart}, {"grid", SingleScattering::grid}}),

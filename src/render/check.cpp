@@ -106,6 +106,40 @@ double typical_density(const Field& field) {
   return 1;
 }
 
+/// Whether neither medium nor light changes along an axis: then cells may be of any width.
+bool is_uniform(const Scene& scene, int axis) {
+  const Medium& m = scene.medium;
+  const auto spans = [&](const scene::Component& c, const Field& field) {
+    const auto* solid = std::get_if<scene::Solid>(&field);
+    if (!solid) return false;
+    if (std::holds_alternative<Everywhere>(solid->body)) return true;
+    const auto* body = std::get_if<Cuboid>(&solid->body);
+    return body && c.transform == glm::dmat4(1.0) && body->min[axis] <= m.box_min[axis]
+           && body->max[axis] >= m.box_max[axis];
+  };
+  const auto is_even = [&](const scene::Component& c) {
+    return spans(c, c.field) && std::holds_alternative<NoEmission>(c.emission);
+  };
+  const auto is_far = [](const scene::Light& light) {
+    return std::holds_alternative<scene::DirectionalLight>(light)
+           || std::holds_alternative<scene::EnvironmentLight>(light);
+  };
+  return m.sides[static_cast<std::size_t>(axis)] == Side::periodic
+         && std::all_of(m.components.begin(), m.components.end(), is_even)
+         && std::all_of(scene.lights.begin(), scene.lights.end(), is_far);
+}
+
+/// \return [length] of the illumination grid's cells, along the axes that anything varies along.
+double cell_width(const Scene& scene) {
+  const std::array<int, 3> cells = stored_illumination_resolution(scene);
+  const glm::dvec3 extent = scene.medium.box_max - scene.medium.box_min;
+  double width = 0;
+  for (int axis = 0; axis < 3; ++axis)
+    if (!is_uniform(scene, axis))
+      width = std::max(width, extent[axis] / cells[static_cast<std::size_t>(axis)]);
+  return width;
+}
+
 constexpr double endless = std::numeric_limits<double>::infinity();
 
 double ball(double radii) { return 4.0 / 3 * double{pi} * radii; }
@@ -665,7 +699,7 @@ class Checker {
   void place(const std::string& path, const char* key, const char* kind, const glm::dvec3& center,
              const glm::dvec3& half) {
     if (!(open(0) && open(1) && open(2))
-        && (scene_.integrator == Integrator::path || scene_.bounces > 0 || any_ground()))
+        && (scene_.integrator == Integrator::path || scene_.bounces != 0 || any_ground()))
       error(path, fmt::format("between periodic sides a {} light has images without end, which the "
                               "camera's paths cannot ask one by one: expected the integrator "
                               "\"photons\" without bounces (gather.bounces 0), and no ground",
@@ -848,43 +882,16 @@ class Checker {
 
   // ---- Work and detectors
 
-  /// Whether neither matter nor light changes along an axis: then cells may be of any width.
-  bool is_uniform(int axis) const {
-    const Medium& m = scene_.medium;
-    const auto spans = [&](const scene::Component& c, const Field& field) {
-      const auto* solid = std::get_if<scene::Solid>(&field);
-      if (!solid) return false;
-      if (std::holds_alternative<Everywhere>(solid->body)) return true;
-      const auto* body = std::get_if<Cuboid>(&solid->body);
-      return body && c.transform == glm::dmat4(1.0) && body->min[axis] <= m.box_min[axis]
-             && body->max[axis] >= m.box_max[axis];
-    };
-    const auto is_even = [&](const scene::Component& c) {
-      return spans(c, c.field) && std::holds_alternative<NoEmission>(c.emission);
-    };
-    const auto is_far = [](const scene::Light& light) {
-      return std::holds_alternative<scene::DirectionalLight>(light)
-             || std::holds_alternative<scene::EnvironmentLight>(light);
-    };
-    return !open(axis) && std::all_of(m.components.begin(), m.components.end(), is_even)
-           && std::all_of(scene_.lights.begin(), scene_.lights.end(), is_far);
-  }
-
   /// What the light of cells of several mean free paths is worth.
   void coarse_cells() {
     if (scene_.integrator == scene::Integrator::path || !problems_.errors.empty()) return;
-    const std::array<int, 3> cells = stored_illumination_resolution(scene_);
-    const glm::dvec3 extent = scene_.medium.box_max - scene_.medium.box_min;
-    double width = 0;
-    for (int axis = 0; axis < 3; ++axis)
-      if (!is_uniform(axis))
-        width = std::max(width, extent[axis] / cells[static_cast<std::size_t>(axis)]);
+    const double width = cell_width(scene_);
     for (std::size_t i = 0; i < scene_.medium.components.size(); ++i) {
       const scene::Component& c = scene_.medium.components[i];
       if (!(largest(c.albedo) > 0)) continue;
       const double paths = width * c.extinction * typical_density(c.field);
       constexpr double many = 4;  // of which the dark side of a slab is half as bright again
-      if (paths <= many * (1 + scene_.bounces)) continue;
+      if (paths <= many * (1 + gather_bounces(scene_))) continue;
       warning(
           "photons.illumination.resolution",
           fmt::format("cells are {:.3g} mean free paths of medium.components[{}] wide: dark sides "
@@ -901,7 +908,7 @@ class Checker {
     number("photons.illumination.order", scene_.illumination_order, limits::order);
     coarse_cells();
     number("gather.samples", scene_.samples, limits::samples);
-    number("gather.bounces", scene_.bounces, limits::bounces);
+    if (scene_.bounces) number("gather.bounces", *scene_.bounces, limits::bounces);
     number("preview.exposure", scene_.exposure, limits::exposure);
     if (number("marching_step", scene_.marching_step, limits::marching_step)
         && scene_.marching_step > 0)
@@ -1016,6 +1023,19 @@ int needed_illumination_order(const Scene& scene) {
 int stored_illumination_order(const Scene& scene) {
   if (scene.illumination_order >= 0) return scene.illumination_order;
   return needed_illumination_order(scene) > 0 ? highest_order : 0;
+}
+
+int gather_bounces(const Scene& scene) {
+  if (scene.bounces) return *scene.bounces;
+  const double width = cell_width(scene);
+  double widest = 0;  // [transport mean free path]
+  for (const scene::Component& c : scene.medium.components) {
+    if (!(largest(c.albedo) > 0)) continue;
+    std::vector<std::vector<PhaseKnot>> tables;
+    const double g{prepare_phase(c.phase, highest_order, 1, tables).moment(1)};
+    widest = std::max(widest, width * c.extinction * typical_density(c.field) * (1 - g));
+  }
+  return widest <= 0.9 ? 1 : widest <= 1.25 ? 2 : 3;
 }
 
 std::array<int, 3> dense_illumination_resolution(const Scene& scene) {

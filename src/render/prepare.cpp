@@ -367,8 +367,9 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   const int order = stored_illumination_order(scene);
   // The camera's before it reads the grid, that where it does, and the photons' first one, unless
   // the grid has all light.
+  out.bounces = gather_bounces(scene);
   const int scatterings =
-      scene.bounces + (scene.single_scattering == scene::SingleScattering::apart ? 2 : 1);
+      out.bounces + (scene.single_scattering == scene::SingleScattering::apart ? 2 : 1);
   out.emissions.reserve(scene.medium.components.size());
   for (const scene::Component& c : scene.medium.components) {
     components.push_back(view(c, scene.medium));
@@ -443,7 +444,6 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   }
 
   out.has_grid = scene.integrator == scene::Integrator::photons;
-  out.bounces = scene.bounces;
   out.is_apart = scene.single_scattering == scene::SingleScattering::apart;
   IlluminationPlan plan;
   if (out.has_grid) plan = plan_illumination(scene);

@@ -126,7 +126,7 @@ std::uint64_t scene_hash(const Scene& s) {
   hash(arithmetic_version, m.box_min, m.box_max, m.sides, m.majorant_resolution, m.components,
        s.lights, s.camera, s.filter, s.filter_radius, s.background, s.sampler, s.marching_step,
        s.photons, stored_illumination_resolution(s), s.illumination_order, s.samples, s.seed,
-       s.integrator, s.bounces, s.single_scattering, s.detectors);
+       s.integrator, gather_bounces(s), s.single_scattering, s.detectors);
   // Scenes of before there were grounds keep their hash.
   for (unsigned face = 0; face < 6; ++face)
     if (m.ground[face]) hash(face, *m.ground[face]);

@@ -92,6 +92,28 @@ TEST(IlluminationCells, may_be_wide_where_nothing_varies) {
   EXPECT_TRUE(warns_of(scene, "photons.illumination.resolution")) << "it varies along z";
 }
 
+TEST(IlluminationCells, ask_for_bounces_where_they_are_wide) {
+  Scene scene = slab(100, 1);
+  scene.illumination_resolution = {0, 0, 0};
+  const auto bounces_at = [&](double extinction, const scene::Phase& phase) {
+    scene.medium.components[0].extinction = extinction;
+    scene.medium.components[0].phase = phase;
+    return gather_bounces(scene);
+  };
+  EXPECT_EQ(bounces_at(10, {}), 1);
+  EXPECT_EQ(bounces_at(57, {}), 1) << "64 cells of 0.89";
+  EXPECT_EQ(bounces_at(59, {}), 2);
+  EXPECT_EQ(bounces_at(100, {}), 3) << "1.56 mean free paths";
+  EXPECT_EQ(bounces_at(100, scene::HenyeyGreensteinPhase{0.5}), 1) << "of transport 0.78";
+  EXPECT_EQ(bounces_at(100, scene::TwoLobesPhase{0.9, -0.1, 0.4}), 2) << "of transport 1.09";
+  EXPECT_EQ(bounces_at(100, scene::HenyeyGreensteinPhase{-0.5}), 3);
+  scene.bounces = 0;
+  EXPECT_EQ(bounces_at(100, {}), 0);
+  scene.bounces.reset();
+  scene.medium.components[0].albedo = glm::dvec3(0);
+  EXPECT_EQ(bounces_at(1000, {}), 1) << "no light to be read";
+}
+
 /// Two balls far apart.
 Scene balls(double distance) {
   Scene scene = furnace({component(scene::Solid{scene::Sphere{{0.5, 0.5, 0.5}, 0.5}}, 40),

@@ -45,6 +45,11 @@ bool detects(const Scene& scene);
 /// Henyey-Greenstein 1, others 2.
 int needed_illumination_order(const Scene& scene);
 
+/// \return Scene::bounces, and where that is left out 1, or as many as keep a picture within 1 % of
+/// the truth where cells are wider than 0.9 or 1.25 transport mean free paths (docs/light.md). For
+/// a scene that check() has passed.
+int gather_bounces(const Scene& scene);
+
 /// \return cells of an illumination grid over all the box: the scene's, and where these are 0 as
 /// many as make them cells_in_free_paths wide, but 64 to 128 along the longest edge.
 std::array<int, 3> dense_illumination_resolution(const Scene& scene);

@@ -320,7 +320,8 @@ struct Scene {
   int illumination_order =
       -1;  ///< of the spherical harmonics, 0 to 2; -1: 2 unless all scattering is isotropic
   std::uint64_t samples = 16;  ///< per pixel
-  int bounces = 1;             ///< of the camera's paths before they read the grid
+  std::optional<int> bounces;  ///< of the camera's paths before they read the grid; none: 1 to 3,
+                               ///< see gather_bounces()
   SingleScattering single_scattering = SingleScattering::apart;
   std::uint64_t seed = 1;
   std::optional<std::uint64_t> gather_seed;  ///< of the camera's paths; none: `seed`
