@@ -420,8 +420,33 @@ class Checker {
       if (!tabulated->table) return error(path + ".file", "no table");
       const PhaseTableProblem problem = phase_table_problem(*tabulated->table);
       if (!problem.message.empty())
-        error(path + ".file", fmt::format("row {}: {}", problem.row, problem.message));
+        return error(path + ".file", fmt::format("row {}: {}", problem.row, problem.message));
     }
+    const double off = peak_error(phase);
+    if (off > 0.02)
+      warning(path, fmt::format("its peak is as narrow as single precision resolves: pixels that "
+                                "see it towards a light are off by up to {:.0f} %; take a g of at "
+                                "most 0.995, or a table with a wider peak",
+                                100 * std::min(off, 1.0)));
+  }
+
+  /// \return how far, relatively, the phase function at its peak may be off, since cosines near 1
+  /// are known to about 2^-22.4.
+  static double peak_error(const scene::Phase& phase) {
+    constexpr double cosine_error = 1.8e-7;
+    const auto of_lobe = [](double g) {
+      return 3 * std::abs(g) / ((1 - std::abs(g)) * (1 - std::abs(g))) * cosine_error;
+    };
+    if (const auto* hg = std::get_if<HenyeyGreensteinPhase>(&phase)) return of_lobe(hg->g);
+    if (const auto* lobes = std::get_if<TwoLobesPhase>(&phase))
+      return std::max(lobes->weight > 0 ? of_lobe(lobes->g1) : 0.0,
+                      lobes->weight < 1 ? of_lobe(lobes->g2) : 0.0);
+    const auto* tabulated = std::get_if<TabulatedPhase>(&phase);
+    if (!tabulated) return 0;
+    const std::vector<double>&x = tabulated->table->cosines, &y = tabulated->table->values;
+    const std::size_t last = x.size() - 1;
+    return y[last] > 0 ? (y[last] - y[last - 1]) / (x[last] - x[last - 1]) / y[last] * cosine_error
+                       : 0.0;
   }
 
   void field(const std::string& path, const scene::Component& c, const Field& of) {

@@ -118,6 +118,25 @@ TEST(Check, KnowsTheOrderThatPhaseFunctionsNeed) {
   }
 }
 
+TEST(Check, WarnsOfPeaksBeyondSinglePrecision) {
+  const auto warned = [](const Phase& phase) {
+    Scene scene = good();
+    scene.medium.components[0].phase = phase;
+    return warnings(scene);
+  };
+  EXPECT_EQ(warned(HenyeyGreensteinPhase{0.995}), "");
+  EXPECT_EQ(warned(HenyeyGreensteinPhase{0.998}), "medium.components[0].phase");
+  EXPECT_EQ(warned(HenyeyGreensteinPhase{-0.999}), "medium.components[0].phase");
+  EXPECT_EQ(warned(TwoLobesPhase{0.999, 0.1, 0.5}), "medium.components[0].phase");
+  EXPECT_EQ(warned(TwoLobesPhase{0.999, 0.1, 0.0}), "");
+  const auto table = [](double width) {
+    return TabulatedPhase{
+        std::make_shared<scene::PhaseTable>(scene::PhaseTable{{-1, 1 - width, 1}, {1, 1, 1000}})};
+  };
+  EXPECT_EQ(warned(table(1e-4)), "");
+  EXPECT_EQ(warned(table(1e-6)), "medium.components[0].phase");
+}
+
 // Paths cannot sample such a light, nor go on for what the harmonics lack of it.
 TEST(Check, WarnsOfPeaksThatReadUnsampledLights) {
   Scene scene = good();
