@@ -916,7 +916,7 @@ class Checker {
       if (!(largest(c.albedo) > 0)) continue;
       const double paths = width * c.extinction * typical_density(c.field);
       constexpr double many = 4;  // of which the dark side of a slab is half as bright again
-      if (paths <= many * (1 + gather_bounces(scene_))) continue;
+      if (paths <= many * (1 + scene_.bounces.value_or(1))) continue;
       warning(
           "photons.illumination.resolution",
           fmt::format("cells are {:.3g} mean free paths of medium.components[{}] wide: dark sides "
