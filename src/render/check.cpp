@@ -423,7 +423,7 @@ class Checker {
         return error(path + ".file", fmt::format("row {}: {}", problem.row, problem.message));
     }
     const double off = peak_error(phase);
-    if (off > 0.02)
+    if (off > 0.03)
       warning(path, fmt::format("its peak is as narrow as single precision resolves: pixels that "
                                 "see it towards a light are off by up to {:.0f} %; take a g of at "
                                 "most 0.995, or a table with a wider peak",
