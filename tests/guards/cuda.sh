@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What can be said of the device code without a device. scripts/gpu_check builds with nothing in reach but what
-# scripts/gpu_pack packed, warnings are errors, and it ends where it would launch. Of what it built:
+# What can be said of the device code without a device. tests/long/gpu_check builds with nothing in reach but what
+# tests/long/gpu_pack packed, warnings are errors, and it ends where it would launch. Of what it built:
 #  - the device computes what the host computes: its PTX has no double precision, no contracted or approximate operation,
 #    and says of every sum and product that it is rounded to nearest (ptxas may contract those that do not say so);
 #  - registers of each kernel are within cuda/registers.txt; none has a stack, or spills;
@@ -22,8 +22,8 @@ trap 'rm -rf "$scratch"' EXIT
 # ---- a tree of its own, as it would be brought to a machine with a GPU
 tree=$scratch/tree
 mkdir "$tree"
-cp -r CMakeLists.txt CMakePresets.json bench cuda include scenes scripts src tests "$tree"
-scripts/gpu_pack "$tree/build/gpu_pack"
+cp -r CMakeLists.txt CMakePresets.json bench cuda include packaging scenes src tests "$tree"
+tests/long/gpu_pack "$tree/build/gpu_pack"
 # Installed packages are covered up, where that is allowed.
 hidden=(/usr/include/{glm,fmt,nlohmann,CLI,nanovdb,openvdb,Random123,gtest,gmock,tbb,OpenEXR,Imath,OpenImageIO}
   /usr/share/cmake /usr/lib/x86_64-linux-gnu/cmake /usr/src/googletest)
@@ -31,10 +31,10 @@ hidden=(/usr/include/{glm,fmt,nlohmann,CLI,nanovdb,openvdb,Random123,gtest,gmock
 hide='for folder in "$@"; do [[ ! -d $folder ]] || mount -t tmpfs none "$folder"; done'
 if unshare -m bash -c "$hide" hide "${hidden[@]}" 2>/dev/null; then
   # shellcheck disable=SC2016
-  covered=(unshare -m bash -c "$hide; "'exec "$tree/scripts/gpu_check" --build' hide)
+  covered=(unshare -m bash -c "$hide; "'exec "$tree/tests/long/gpu_check" --build' hide)
 else
   echo "packages cannot be covered up here: gpu_check may find more than what was packed"
-  covered=("$tree/scripts/gpu_check" --build)
+  covered=("$tree/tests/long/gpu_check" --build)
   hidden=()
 fi
 export tree PATH CUDAFLAGS="-Xptxas=-v --no-compress"

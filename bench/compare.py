@@ -8,7 +8,7 @@ children, set-up included. Error is the root mean square of picture minus refere
 mean of the reference, the reference's own noise removed; error^2 x CPU is a renderer's cost for a
 given error, whatever the number of its samples, as long as the error is noise.
 
-  scripts/compare --grid cloud.npy --reference reference.npz --work /tmp/compare \\
+  bench/compare.py --grid cloud.npy --reference reference.npz --work /tmp/compare \\
       --tyndall='-D integrator=path --samples 16' --tyndall='--photons 1e6 --samples 16' --mitsuba 4
 
 It needs numpy, and Mitsuba (pip install mitsuba numpy) where that is asked for: docs/comparison.md."""

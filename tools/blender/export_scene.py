@@ -1,6 +1,6 @@
 """Writes the scene of a .blend as a scene of Tyndall: volumes, camera, lights, sky.
 
-  blender file.blend --background --python-exit-code 1 --python scripts/blender/export_scene.py -- scene.json
+  blender file.blend --background --python-exit-code 1 --python tools/blender/export_scene.py -- scene.json
 
 What cannot be carried over is told on stderr, by object. docs/blender.md says what becomes of what.
 """

@@ -66,7 +66,7 @@ def main():
 
     most = max(len(plus) for _, plus, _ in spheres)
     print(f"# Droplets of water of effective radius {options.radius:g} um, effective variance {options.variance:g},")
-    print(f"# refractive index {options.index:g}, at {options.wavelength:g} um (scripts/mie_phase.py).")
+    print(f"# refractive index {options.index:g}, at {options.wavelength:g} um (tools/mie_phase.py).")
     print("# cosine of the scattering angle, value [1/sr]")
     for cosine in cosines(2 * math.pi * options.radius / options.wavelength):
         sums, differences = [], []

@@ -1,6 +1,6 @@
 """Shows the light that `tyndall bake` wrote: renders light.vdb with Cycles, which needs no scattering for it.
 
-  blender --background --factory-startup --python-exit-code 1 --python scripts/blender/show_bake.py -- \\
+  blender --background --factory-startup --python-exit-code 1 --python tools/blender/show_bake.py -- \\
       light.vdb picture.png [--scene scene.json] [--albedo A] [--exposure EV] [--samples N] [--width N]
 """
 import argparse
