@@ -148,7 +148,7 @@ def elsewhere(where, command):
                     fail(where, "%s does not run it: no '%s' there" % (path, text))
         elif kind == "test" and not is_known_test(found.expand(what[0])):
             fail(where, "no test is called %s" % found.expand(what[0]))
-        for script in re.findall(r"(?:scripts|tests|bench|packaging)/[\w./]+", command):
+        for script in re.findall(r"(?:scripts|tests|bench|packaging|tools)/[\w./]+", command):
             if not os.path.exists(os.path.join(ROOT, script)):
                 fail(where, "there is no " + script)
         return True
