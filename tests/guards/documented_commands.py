@@ -28,12 +28,12 @@ PROGRAMS = re.compile(r"(\./|build/|scripts/|tests/long/\w+(?![\w./])|bench/comp
 
 # Run by something else: the file that holds the text, or the test of ctest; or by nobody, and why.
 ELSEWHERE = [
-    (r"scripts/test$", "text", ".ci/run", "scripts/test"),
+    (r"scripts/test( (quick|full|long))?$", "text", ".ci/run", "scripts/test full"),
     (r"scripts/setup", "text", ".ci/run", "scripts/setup --dev"),
     (r"scripts/pictures", "text", "tests/long/check_all", "scripts/pictures"),
     (r"(tests/long/(measure_volumes|kill_check|fuzz))", "text", "tests/long/check_all", r"\1"),
     (r"packaging/package", "text", "tests/package/run.sh", "packaging/package"),
-    (r"bash (tests/\w+/run\.sh)", "text", ".ci/run", r"\1"),
+    (r"bash (tests/\w+/run\.sh)", "text", "tests/long/check_all", r"\1"),
     (r"pip install \.", "text", "tests/python/run.sh", "install -q ."),
     (r"cmake --install build/release", "test", "guards.installed_package_works"),
     (r"cmake --preset cuda", "test", "guards.cuda"),
