@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Every command of README.md, docs/ and bench/README.md: run, or run by something else that is named here and is looked
-up. docs/errors.md has a test of its own (ErrorsTable), which compares every answer.
+"""Every command of README.md, CONTRIBUTING.md, docs/ and bench/README.md: run, or run by something else that is named
+here and is looked up. docs/errors.md has a test of its own (ErrorsTable), which compares every answer.
 
 Commands are the lines of indented blocks, and what stands between backticks, that begin with one of PROGRAMS. Each
 document has a folder that looks like a clone, with a scene and a volume; its lines are run there in order, as they
@@ -28,7 +28,10 @@ PROGRAMS = re.compile(r"(\./|build/|scripts/|tests/long/\w+(?![\w./])|bench/comp
 
 # Run by something else: the file that holds the text, or the test of ctest; or by nobody, and why.
 ELSEWHERE = [
-    (r"scripts/test( (quick|full|long))?$", "text", ".ci/run", "scripts/test full"),
+    (r"scripts/test\b", "text", ".ci/run", "scripts/test full"),
+    (r"scripts/format\b", "text", ".ci/run", "scripts/format"),
+    (r"bash \.ci/run", "nobody", "it runs this guard"),
+    (r"python3 tests/guards/(scene_reference)\.py --write", "test", r"guards.\1"),
     (r"scripts/setup", "text", ".ci/run", "scripts/setup --dev"),
     (r"scripts/pictures", "text", "tests/long/check_all", "scripts/pictures"),
     (r"(tests/long/(measure_volumes|kill_check|fuzz))", "text", "tests/long/check_all", r"\1"),
@@ -281,7 +284,8 @@ def main():
     if not os.path.exists(os.path.join(BUILD, "tyndall-vdb")):
         print("SKIPPED: built without OpenVDB")
         return 77
-    documents = ["README.md", "bench/README.md"] + sorted(os.path.relpath(p, ROOT) for p in glob.glob(ROOT + "/docs/*.md"))
+    documents = ["README.md", "CONTRIBUTING.md", "bench/README.md"]
+    documents += sorted(os.path.relpath(p, ROOT) for p in glob.glob(ROOT + "/docs/*.md"))
     for path in documents:
         if path != "docs/errors.md" and (len(sys.argv) < 2 or sys.argv[1] in path):
             run_document(path)
