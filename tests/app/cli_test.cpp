@@ -87,8 +87,9 @@ class CliTest : public testing::Test {
     ::_exit(127);
   }
 
-  Outcome wait(pid_t child, Clock::duration patience = 60s) const {
-    const auto end = Clock::now() + patience;
+  /// Longer than a busy machine needs, far less than what was stopped would have taken.
+  Outcome wait(pid_t child) const {
+    const auto end = Clock::now() + 60s;
     int status = 0;
     while (::waitpid(child, &status, WNOHANG) == 0) {
       if (Clock::now() > end) {
@@ -159,15 +160,20 @@ TEST_F(CliTest, PrintsWhatItIsAskedForOnStandardOutput) {
   EXPECT_EQ(help.out, run({"render", "--help"}).out);
 }
 
-TEST_F(CliTest, StartsAtOnce) {
-  run({"--version"});  // from the disk
-  auto best = Clock::duration::max();
-  for (int i = 0; i < 5; ++i) {
-    const auto start = Clock::now();
-    run({"--version"});
-    best = std::min(best, Clock::now() - start);
-  }
-  EXPECT_LT(best, 100ms);
+// Hundreds of libraries come with those that read images and volumes, and with MPI.
+TEST_F(CliTest, StartsWithoutTheLibrariesThatFewRunsNeed) {
+  const std::string log = scratch_ / "loader";
+  ::setenv("LD_DEBUG", "libs", 1);
+  ::setenv("LD_DEBUG_OUTPUT", log.c_str(), 1);
+  const pid_t child = start({"--version"});
+  ::unsetenv("LD_DEBUG");
+  ::unsetenv("LD_DEBUG_OUTPUT");
+  EXPECT_EQ(wait(child).code, 0);
+  const std::string loaded = contents(log + "." + std::to_string(child));
+  if (loaded.find("find library=") == std::string::npos)
+    GTEST_SKIP() << "the loader does not list what it loads";
+  for (const char* library : {"libOpenImageIO", "libopenvdb", "libmpi"})
+    EXPECT_EQ(loaded.find(std::string("find library=") + library), std::string::npos) << library;
 }
 
 TEST_F(CliTest, FailsWhereStandardOutputIsFull) {
@@ -390,19 +396,19 @@ TEST_F(CliTest, KeepsTheOtherOutputsWhereOneFails) {
 
 // ---- Signals
 
-TEST_F(CliTest, StopsWithinASecondAndLeavesTheOldFile) {
+TEST_F(CliTest, StopsAtASignalAndLeavesTheOldFile) {
   for (const auto& [signal, code] : {std::pair(SIGINT, 130), std::pair(SIGTERM, 143)}) {
     std::ofstream(folder_ / "a.pfm") << "old";
     const pid_t child = start_long_render("a.pfm");
     EXPECT_EQ(names().size(), 3u) << "the temporary is open";
     ::kill(child, signal);
-    EXPECT_EQ(wait(child, 1s).code, code);
+    EXPECT_EQ(wait(child).code, code);
     EXPECT_EQ(contents(folder_ / "a.pfm"), "old");
     EXPECT_EQ(names(), (std::set<std::string>{"a.pfm", "scene.json"}));
   }
 }
 
-TEST_F(CliTest, StopsWithinASecondInTheMidstOfAPhotonThatWalksForMinutes) {
+TEST_F(CliTest, StopsInTheMidstOfAPhotonThatWalksForMinutes) {
   const pid_t child =
       start({"render", "scene.json", "-o", "a.pfm", "--progress", "plain", "-D",
              R"(medium.components[0]={"field":{"type":"homogeneous"},"extinction":1e6,"albedo":1})",
@@ -411,7 +417,7 @@ TEST_F(CliTest, StopsWithinASecondInTheMidstOfAPhotonThatWalksForMinutes) {
        ++i)
     std::this_thread::sleep_for(2ms);
   ::kill(child, SIGINT);
-  const Outcome outcome = wait(child, 1s);
+  const Outcome outcome = wait(child);
   EXPECT_EQ(outcome.code, 130);
   EXPECT_NE(outcome.err.find("stopped by a signal"), std::string::npos) << outcome.err;
   EXPECT_EQ(names(), std::set<std::string>{"scene.json"});
@@ -421,7 +427,7 @@ TEST_F(CliTest, LeavesAtOnceAtTheSecondSignal) {
   const pid_t child = start_long_render("a.pfm");
   ::kill(child, SIGTERM);
   ::kill(child, SIGINT);
-  const int code = wait(child, 1s).code;
+  const int code = wait(child).code;
   EXPECT_TRUE(code == 130 || code == 143) << code;
   EXPECT_EQ(names(), std::set<std::string>{"scene.json"});
 }
@@ -461,7 +467,7 @@ TEST_F(ResumeTest, GoesOnAfterASignalToTheSameEnd) {
     wait_for(pass);
     std::this_thread::sleep_for(100ms);
     ::kill(child, SIGINT);
-    const Outcome stopped = wait(child, 20s);
+    const Outcome stopped = wait(child);
     EXPECT_EQ(stopped.code, 130) << stopped.err;
     EXPECT_NE(stopped.err.find("--resume goes on"), std::string::npos) << stopped.err;
     EXPECT_EQ(names(), (std::set<std::string>{"a.pfm", "c.tyn", "scene.json"}));

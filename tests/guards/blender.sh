@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# scripts/blender, tried with a Blender: a baked cloud looks there as it does here; a .blend that is exported gives the
+# tools/blender, tried with a Blender: a baked cloud looks there as it does here; a .blend that is exported gives the
 # picture, and the brightness, that Cycles gives of it; what cannot be exported is told. Ends with 77 (skipped) without
 # Blender.
 set -euo pipefail
@@ -97,7 +97,7 @@ compare() { # WHAT, and the arguments of compare.py
 scene=$root/scenes/lonely_cloud.json
 options=(-D 'photons.illumination.resolution=[56,37,40]' -D 'camera.resolution=[128,96]')
 must "$program" bake "$scene" "${options[@]}" --photons 1e6 --voxels 96 -o light.vdb >out 2>err
-must in_blender "$root/scripts/blender/show_bake.py" light.vdb shown.png --scene "$scene" \
+must in_blender "$root/tools/blender/show_bake.py" light.vdb shown.png --scene "$scene" \
   --exposure -1 --width 96
 must "$program" render "$scene" -D 'camera.resolution=[96,96]' -D 'photons.illumination.resolution=[56,37,40]' \
   --photons 1e6 --samples 64 -o expected.pfm >out 2>err
@@ -168,7 +168,7 @@ scene.render.filepath = os.path.abspath("cycles.exr")
 bpy.ops.wm.save_as_mainfile(filepath=os.path.abspath("cloud.blend"))
 bpy.ops.render.render(write_still=True)
 END
-export_scene=$root/scripts/blender/export_scene.py
+export_scene=$root/tools/blender/export_scene.py
 must in_blender make.py
 blend=cloud.blend
 must in_blender "$export_scene" exported.json

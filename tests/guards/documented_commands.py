@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Every command of README.md, docs/ and bench/README.md: run, or run by something else that is named here and is looked
-up. docs/errors.md has a test of its own (ErrorsTable), which compares every answer.
+"""Every command of README.md, CONTRIBUTING.md, docs/ and bench/README.md: run, or run by something else that is named
+here and is looked up. docs/errors.md has a test of its own (ErrorsTable), which compares every answer.
 
 Commands are the lines of indented blocks, and what stands between backticks, that begin with one of PROGRAMS. Each
 document has a folder that looks like a clone, with a scene and a volume; its lines are run there in order, as they
@@ -22,29 +22,33 @@ ROOT = os.path.abspath(os.path.join(os.path.dirname(os.path.abspath(__file__)), 
 BUILD = os.path.abspath(os.environ.get("TYNDALL_BUILD_DIR", os.path.join(ROOT, "build/release")))
 VOLUMES = os.environ.get("TYNDALL_TEST_VOLUMES", os.path.join(BUILD, "tests/volumes"))
 
-PROGRAMS = re.compile(r"(\./|build/|scripts/|mi/bin/|tyndall(-\w+)? |(cmake|ctest|pip|python3|bash|blender|mpirun|perf|pbrt|"
-                      r"imgtool|sbatch|man|git|apt|apt-get|sudo|docker|for) |\w=\$\(sbatch)")
+PROGRAMS = re.compile(r"(\./|build/|scripts/|tests/long/\w+(?![\w./])|bench/compare\.py|packaging/package|mi/bin/|"
+                      r"tyndall(-\w+)? |(cmake|ctest|pip|python3|bash|blender|mpirun|perf|pbrt|imgtool|sbatch|man|git|"
+                      r"apt|apt-get|sudo|docker|for) |\w=\$\(sbatch)")
 
 # Run by something else: the file that holds the text, or the test of ctest; or by nobody, and why.
 ELSEWHERE = [
-    (r"scripts/test$", "text", ".ci/run", "scripts/test"),
+    (r"scripts/test\b", "text", ".ci/run", "scripts/test full"),
+    (r"scripts/format\b", "text", ".ci/run", "scripts/format"),
+    (r"bash \.ci/run", "nobody", "it runs this guard"),
+    (r"python3 tests/guards/(scene_reference)\.py --write", "test", r"guards.\1"),
     (r"scripts/setup", "text", ".ci/run", "scripts/setup --dev"),
-    (r"scripts/(pictures|measure_volumes)", "text", "scripts/check_all", r"scripts/\1"),
-    (r"scripts/(kill_check|fuzz)", "text", "scripts/check_all", r"scripts/\1"),
-    (r"scripts/package", "text", "tests/package/run.sh", "scripts/package"),
-    (r"bash (tests/\w+/run\.sh)", "text", ".ci/run", r"\1"),
+    (r"scripts/pictures", "text", "tests/long/check_all", "scripts/pictures"),
+    (r"(tests/long/(measure_volumes|kill_check|fuzz))", "text", "tests/long/check_all", r"\1"),
+    (r"packaging/package", "text", "tests/package/run.sh", "packaging/package"),
+    (r"bash (tests/\w+/run\.sh)", "text", "tests/long/check_all", r"\1"),
     (r"pip install \.", "text", "tests/python/run.sh", "install -q ."),
     (r"cmake --install build/release", "test", "guards.installed_package_works"),
     (r"cmake --preset cuda", "test", "guards.cuda"),
-    (r"scripts/gpu_(pack|check)", "test", "guards.cuda"),
+    (r"tests/long/gpu_(pack|check)", "test", "guards.cuda"),
     (r"blender ", "test", "guards.blender"),
     (r"python3 tests/guards/(page_in_browser)\.py", "test", r"guards.\1"),
-    (r"tyndall-bench --device cuda", "text", "scripts/gpu_check", "--device cuda"),
+    (r"tyndall-bench --device cuda", "text", "tests/long/gpu_check", "--device cuda"),
     (r"mi/bin/|python3 -m venv mi", "test", "Convert.*MitsubaRendersTheSamePicture"),
     (r"pbrt |imgtool ", "nobody", "pbrt is in no package"),
     (r"man tyndall", "test", "CliTest.TheManualHasEveryOption"),
-    (r"build/cuda/", "text", "scripts/gpu_check", "--device cuda"),
-    (r"scripts/check_all", "nobody", "hours, by hand: it runs the tests and all that they leave out"),
+    (r"build/cuda/", "text", "tests/long/gpu_check", "--device cuda"),
+    (r"tests/long/check_all", "nobody", "hours, by hand: it runs the tests and all that they leave out"),
     (r"scripts/render$", "test", "guards.documented_commands"),
     (r"cmake --preset release", "text", ".ci/run", "cmake --preset release -DTYNDALL_TESTS=ON"),
 ]
@@ -147,7 +151,7 @@ def elsewhere(where, command):
                     fail(where, "%s does not run it: no '%s' there" % (path, text))
         elif kind == "test" and not is_known_test(found.expand(what[0])):
             fail(where, "no test is called %s" % found.expand(what[0]))
-        for script in re.findall(r"(?:scripts|tests)/[\w./]+", command):
+        for script in re.findall(r"(?:scripts|tests|bench|packaging|tools)/[\w./]+", command):
             if not os.path.exists(os.path.join(ROOT, script)):
                 fail(where, "there is no " + script)
         return True
@@ -162,11 +166,11 @@ def run(where, command, folder, environment):
         if not is_known_test(tests[1]):
             fail(where, "no test is called " + tests[1])
         return
-    if re.match(r"scripts/\w+$", command):  # a mention
+    if re.match(r"(scripts|bench|packaging)/[\w.]+$", command):  # a mention
         if not os.path.exists(os.path.join(ROOT, command)):
             fail(where, "there is no " + command)
         return
-    if command.startswith("scripts/compare") and not has_numpy():
+    if command.startswith("bench/compare.py") and not has_numpy():
         print("SKIPPED %s: no numpy here" % where)
         return
     program = re.search(r"\btyndall-\w+|mpirun", command)
@@ -280,7 +284,8 @@ def main():
     if not os.path.exists(os.path.join(BUILD, "tyndall-vdb")):
         print("SKIPPED: built without OpenVDB")
         return 77
-    documents = ["README.md", "bench/README.md"] + sorted(os.path.relpath(p, ROOT) for p in glob.glob(ROOT + "/docs/*.md"))
+    documents = ["README.md", "CONTRIBUTING.md", "bench/README.md"]
+    documents += sorted(os.path.relpath(p, ROOT) for p in glob.glob(ROOT + "/docs/*.md"))
     for path in documents:
         if path != "docs/errors.md" and (len(sys.argv) < 2 or sys.argv[1] in path):
             run_document(path)

@@ -15,4 +15,4 @@ if ldd "$scratch/tyndall" | grep -E 'OpenEXR|Imath|OpenImageIO|openvdb|tbb|fmt';
   echo "the minimal program needs the libraries above" >&2
   exit 1
 fi
-bash "$source_dir/tests/guards/no_libm.sh" "$scratch"
+TYNDALL_BUILD_DIR=$scratch bash "$source_dir/tests/guards/no_libm.sh"

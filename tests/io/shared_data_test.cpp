@@ -198,7 +198,6 @@ TEST(SharedData, figures_of_the_readme) {
   EXPECT_EQ(smoke.volume->high() - smoke.volume->low() + 1, glm::ivec3(111, 222, 112));
   EXPECT_NEAR(edge(*smoke.volume, 0), 0.476, 0.001);
   EXPECT_NEAR(smoke.volume->maximum(), 5.71, 0.01);
-  EXPECT_LT(smoke.seconds, 5);
   const LoadedVolume teapot = load("nvdb/teapot_cloud_zip_v32.3.nvdb");
   EXPECT_NEAR(static_cast<double>(teapot.volume->active_voxels()), 1.96e6, 0.01e6);
   EXPECT_NEAR(teapot.volume->maximum(), 50, 0.01);

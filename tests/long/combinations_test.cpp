@@ -1,6 +1,6 @@
 /// \file
 /// All combinations of tests/support/accuracy.h, each in a few minutes at most: for
-/// scripts/check_all.
+/// tests/long/check_all.
 #include <gtest/gtest.h>
 
 #include "support/accuracy.h"

@@ -14,7 +14,7 @@ if ! mount -t proc proc "$root" 2>/dev/null; then # a container that may not
   exit 77
 fi
 umount "$root"
-scripts/package
+packaging/package -DTYNDALL_WERROR=ON  # as .ci/run builds, whose objects ccache has
 trap 'umount "$root/proc" 2>/dev/null || true; rm -rf "$root"' EXIT
 debootstrap --variant=minbase bookworm "$root" >"$root.log" 2>&1 || { tail "$root.log"; exit 1; }
 rm "$root.log"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # `pip install .` into an environment of its own, and the package's tests. Takes minutes, and the network for pip: part of
-# .ci/run, not of ctest.
+# tests/long/check_all, not of ctest.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 scratch=$(mktemp -d)

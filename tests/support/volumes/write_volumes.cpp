@@ -270,7 +270,7 @@ void dense() {
              static_cast<std::streamsize>(raw.size() * sizeof(float)));
 }
 
-// ---- Large ones, for scripts/measure_volumes
+// ---- Large ones, for tests/long/measure_volumes
 
 /// Random densities in the bricks of 8^3 voxels whose middle is within a ball.
 FloatGrid::Ptr noisy_ball(int radius) {
