@@ -194,7 +194,7 @@ class History:
 # ---- Final grids
 
 def fine_grid(history, voxel, samples, rng, carry):
-    """Traces jittered points of each voxel that may hold something; the mean of carry(points) per voxel [x, y, z, c]."""
+    """The mean of carry(points) over jittered points of each voxel that may hold something [x, y, z, channel]."""
     present = history.masks[-1]
     places = np.argwhere(present)
     low, high = places.min(0) * history.h, (places.max(0) + 1) * history.h
