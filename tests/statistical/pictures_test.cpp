@@ -48,7 +48,7 @@ TEST(PicturesTest, passes_what_is_equal_and_finds_one_pixel_that_is_not) {
 
 struct Shipped {
   const char* name;
-  bool has_files = false;  // that a build without OpenVDB does not read, and a checkout may lack
+  bool has_files = false;  // that a build without OpenVDB does not read
 };
 
 void PrintTo(const Shipped& shipped, std::ostream* out) { *out << shipped.name; }
