@@ -1,13 +1,17 @@
-#include "app/bake_command.h"
-
+// `tyndall bake`: shoots the photons of a scene and writes their light for other programs.
 #include <algorithm>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
+#include "app/command.h"
 #include "app/console.h"
 #include "app/devices.h"
 #include "app/memory.h"
+#include "app/options.h"
 #include "app/outputs.h"
 #include "app/progress.h"
 #include "app/signals.h"
@@ -20,8 +24,17 @@
 #include "tyndall/render/prepare.h"
 
 namespace tyndall::app {
+namespace {
 
-ExitCode bake_command(const BakeArguments& arguments) {
+struct BakeArguments : SceneArguments, WorkArguments {
+  std::vector<std::string> outputs;
+  int order = 1;   ///< 0: without directions
+  int voxels = 0;  ///< of the density, along the longest side
+  bool per_light = false, half = false, multiple_only = false;
+};
+
+/// \return done, or 128 and the signal that ended it. \throws Error, Stopped
+ExitCode run(const BakeArguments& arguments) {
   const io::BakeOptions options{arguments.half, arguments.voxels, arguments.threads,
                                 arguments.multiple_only};
   std::vector<std::string> paths;  // and what lies beside
@@ -97,5 +110,40 @@ ExitCode bake_command(const BakeArguments& arguments) {
                   scene.photons));
   return static_cast<ExitCode>(128 + signal);
 }
+
+Run add(CLI::App& command) {
+  const auto arguments = std::make_shared<BakeArguments>();
+  add_scene(command, *arguments);
+  command
+      .add_option("-o,--output", arguments->outputs,
+                  "File to write (" + io::known_bakes() + "); may be repeated")
+      ->required()
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  add_override(command, *arguments, "--photons", "photons.count", count(limits::photons),
+               "Photons to shoot");
+  add_override(command, *arguments, "-s,--seed", "seed", count(), "Seed of the random numbers");
+  command
+      .add_option("--order", arguments->order,
+                  "1: with the directions that light comes from; 0: without (1)")
+      ->type_name("N")
+      ->transform(count(1));
+  command.add_flag("--per-light", arguments->per_light, "Each light by itself");
+  command.add_flag("--multiple-only", arguments->multiple_only,
+                   "Without what lights scatter once, for programs that add it");
+  command.add_flag("--half", arguments->half, "Floats of 16 bits");
+  command
+      .add_option("--voxels", arguments->voxels,
+                  fmt::format("Of the density, along its longest side ({}; 128 in pages)",
+                              io::default_voxels))
+      ->type_name("N")
+      ->transform(count(io::most_voxels, io::least_voxels));
+  add_work(command, *arguments);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace
+
+const Command bake_command{"bake", "Writes a scene's light for other programs", &add};
 
 }  // namespace tyndall::app

@@ -1,13 +1,18 @@
 #include "app/merge_command.h"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
 
+#include "app/command.h"
 #include "app/console.h"
 #include "app/memory.h"
+#include "app/options.h"
 #include "app/outputs.h"
 #include "app/signals.h"
 #include "tyndall/render/error.h"
@@ -47,9 +52,16 @@ void refuse_gaps(const Partial& part, const std::string& name, bool allowed, Nee
   warn(problem);
 }
 
-#if TYNDALL_ZSTD
 namespace {
 
+struct MergeArguments {
+  std::vector<std::string> parts;
+  std::vector<std::string> outputs;  ///< parts (.tyn) or pictures
+  bool allow_gaps = false;
+  bool print_hash = false;
+};
+
+#if TYNDALL_ZSTD
 void add_to(Partial& sum, const std::string& name, const std::string& path) {
   Partial part = io::read_part(path, available_memory());
   if (const Ranges twice = shot_twice(sum, part); !twice.empty()) {
@@ -81,11 +93,9 @@ Partial sum_of(const std::vector<std::string>& paths) {
   }
   return sum;
 }
-
-}  // namespace
 #endif
 
-void merge_command(const MergeArguments& arguments) {
+ExitCode run(const MergeArguments& arguments) {
 #if TYNDALL_ZSTD
   Outputs outputs;
   for (const std::string& path : arguments.outputs) outputs.add(path);
@@ -125,10 +135,32 @@ void merge_command(const MergeArguments& arguments) {
   if (arguments.print_hash)
     print(fmt::format("tallies {:016x} pixels {:016x}\n", result.hashes.tallies,
                       result.hashes.pixels));
+  return ExitCode::done;
 #else
   static_cast<void>(arguments);
   throw Error(ExitCode::usage, "this build merges no parts (TYNDALL_ZSTD is off)");
 #endif
 }
+
+Run add(CLI::App& command) {
+  const auto arguments = std::make_shared<MergeArguments>();
+  command.add_option("PART", arguments->parts, "Parts (.tyn), in any order")
+      ->required()
+      ->type_name("");
+  command
+      .add_option("-o,--output", arguments->outputs,
+                  "Part or picture to write (" + known_formats() + "); may be repeated")
+      ->required()
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  command.add_flag("--allow-gaps", arguments->allow_gaps, "Makes a picture of what is there");
+  command.add_flag("--print-hash", arguments->print_hash,
+                   "Prints the hashes of tallies and pixels");
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace
+
+const Command merge_command{"merge", "Adds up parts of a render, exactly", &add};
 
 }  // namespace tyndall::app

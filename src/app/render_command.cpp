@@ -1,11 +1,11 @@
-#include "app/render_command.h"
-
+// `tyndall render`: reads a scene, renders it, writes what was asked for.
 #include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
+#include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <limits>
@@ -16,16 +16,21 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
+#include "app/command.h"
 #include "app/console.h"
 #include "app/devices.h"
 #include "app/failure.h"
+#include "app/frames.h"
 #include "app/live.h"
 #include "app/memory.h"
 #include "app/merge_command.h"
+#include "app/options.h"
 #include "app/outputs.h"
 #include "app/progress.h"
 #include "app/ranks.h"
+#include "app/render_arguments.h"
 #include "app/signals.h"
 #include "io/denoise.h"
 #include "io/detectors.h"
@@ -470,9 +475,12 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   return end(code_of(result));
 }
 
-}  // namespace
-
-ExitCode render_command(const RenderArguments& arguments) {
+/// \return done, limit, or 128 and the signal. \throws Error, Stopped where nothing was written.
+ExitCode run(const RenderArguments& arguments) {
+  if (arguments.turntable != 0 && !arguments.frames) usage_error("--turntable: wants --frames A:B");
+  if (arguments.frames && is_rank())
+    usage_error("--frames: not under mpirun; give each machine frames of its own");
+  if (arguments.frames) return render_frames(arguments);
   const std::unique_ptr<Communicator> ranks = join_ranks();
   Go go(ranks && ranks->rank() == 0 ? ranks.get() : nullptr);
   if (!ranks) return render_scene(arguments, nullptr, go);
@@ -487,5 +495,93 @@ ExitCode render_command(const RenderArguments& arguments) {
     throw;
   }
 }
+
+Run add(CLI::App& command) {
+  const auto arguments = std::make_shared<RenderArguments>();
+  add_scene(command, *arguments);
+  command
+      .add_option("-o,--output", arguments->outputs,
+                   "Picture to write (" + known_formats() + "); may be repeated; SCENE's name "
+                   "in the current folder if not given")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  add_override(command, *arguments, "--photons", "photons.count", count(limits::photons),
+               "Photons to shoot");
+  add_override(command, *arguments, "--samples", "gather.samples", count(limits::samples),
+               "Samples per pixel");
+  add_override(command, *arguments, "-s,--seed", "seed", count(), "Seed of the random numbers");
+  add_work(command, *arguments);
+  command
+      .add_option("--batch", arguments->batch, "Photons or samples at a time; changes no result")
+      ->type_name("N")
+      ->transform(count());
+  command.add_option("--report", arguments->report, "Writes the account of the run as JSON")
+      ->type_name("FILE");
+  command
+      .add_option("--detectors", arguments->detectors,
+                  "Writes what the scene's detectors counted as JSON")
+      ->type_name("FILE");
+  command.add_flag("--print-hash", arguments->print_hash,
+                   "Prints the hashes of tallies and pixels, equal on every machine");
+
+  command
+      .add_option("--checkpoint", arguments->checkpoint,
+                  "Keeps what is done in FILE while the render runs")
+      ->type_name("FILE");
+  command.add_option("--checkpoint-every", arguments->checkpoint_every, "How often (60s)")
+      ->type_name("TIME")
+      ->transform(duration(true));
+  command.add_flag("--resume", arguments->resume, "Goes on from the checkpoint, where it is there");
+  command
+      .add_option("--time-limit", arguments->time_limit,
+                  "Ends the render after 90s, 5m or 1h with the picture so far")
+      ->type_name("TIME")
+      ->transform(duration(false));
+  command
+      .add_option("--noise", arguments->noise,
+                  "Ends it where the relative error by noise is below X, such as 0.01")
+      ->type_name("X")
+      ->check(share());
+  add_range(command, arguments->samples, "--sample-range",
+            "These samples alone, of the whole picture");
+  add_range(command, arguments->photons, "--photon-range", "These photons alone; with -o FILE.tyn");
+  command
+      .add_option("--illumination", arguments->illumination,
+                  "Gathers from the light of this part and shoots nothing")
+      ->type_name("FILE");
+  command.add_flag("--allow-gaps", arguments->allow_gaps, "... even if photons are missing in it");
+  command.add_flag("--denoise", arguments->denoises,
+                   "Takes the noise out of the pictures, with Open Image Denoise");
+
+  command
+      .add_option("--display", arguments->display,
+                  "Shows the picture while it is made in the viewer tev")
+      ->type_name("HOST:PORT");
+  CLI::Option* const preview =
+      command
+          .add_option("--preview", arguments->preview,
+                      "Writes the picture while it is made, again and again")
+          ->type_name("FILE");
+  command.add_option("--every", arguments->preview_every, "How often (5s)")
+      ->type_name("TIME")
+      ->needs(preview)  // by name, CLI11 would not survive a lack of memory
+      ->transform(duration(false));
+  add_frames(command, arguments->frames,
+             "A sequence: ## in names, {frame} and {t} in the scene and -D are each frame's");
+  command
+      .add_option("--turntable", arguments->turntable,
+                  "The camera turns by so many degrees about what it looks at")
+      ->type_name("DEGREES")
+      ->check([](const std::string& text) -> std::string {
+        char* end = nullptr;
+        const double degrees = std::strtod(text.c_str(), &end);
+        return *end == '\0' && std::isfinite(degrees) ? "" : "expected degrees, got '" + text + "'";
+      });
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace
+
+const Command render_command{"render", "Renders a scene", &add, true};
 
 }  // namespace tyndall::app

@@ -1,4 +1,4 @@
-#include "app/frames_command.h"
+#include "app/frames.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -73,9 +73,8 @@ void turn(scene::Camera& camera, double degrees) {
 /// The scenes of a sequence, before they are rendered.
 class Frames {
  public:
-  Frames(const std::string& scene, const std::vector<std::string>& overrides,
-         const FrameRange& range)
-      : scene_(scene), overrides_(overrides) {
+  Frames(const SceneArguments& scene, const FrameRange& range)
+      : scene_(scene.scene), overrides_(scene.overrides) {
     for (int frame = range.first; frame <= range.last; frame += range.step)
       numbers_.push_back(frame);
   }
@@ -245,7 +244,7 @@ class Sequence {
  public:
   explicit Sequence(const RenderArguments& arguments)
       : arguments_(arguments),
-        frames_(arguments.scene, arguments.overrides, *arguments.frames),
+        frames_(arguments, *arguments.frames),
         device_name_(parse_device(arguments.device)),
         meter_(progress_style(arguments.progress)) {}
 
@@ -509,8 +508,8 @@ std::string of_frame(const std::string& text, int frame, double t) {
   return out;
 }
 
-ExitCode validate_frames(const RenderArguments& arguments) {
-  Frames frames(arguments.scene, arguments.overrides, *arguments.frames);
+ExitCode validate_frames(const SceneArguments& arguments, const FrameRange& range) {
+  Frames frames(arguments, range);
   frames.look_up();
   std::set<std::string> said;
   const auto warn_once = [&](const std::string& text) {
@@ -531,7 +530,7 @@ ExitCode validate_frames(const RenderArguments& arguments) {
   return code;
 }
 
-ExitCode frames_command(const RenderArguments& arguments) {
+ExitCode render_frames(const RenderArguments& arguments) {
   require_sense(arguments);
   return Sequence(arguments).run();
 }
