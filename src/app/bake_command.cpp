@@ -8,17 +8,17 @@
 #include <CLI/CLI.hpp>
 
 #include "app/command.h"
-#include "app/console.h"
-#include "app/devices.h"
-#include "app/memory.h"
 #include "app/options.h"
 #include "app/outputs.h"
-#include "app/progress.h"
-#include "app/signals.h"
 #include "io/bake_file.h"
 #include "io/output_file.h"
 #include "io/report.h"
 #include "io/scene_json.h"
+#include "session/console.h"
+#include "session/devices.h"
+#include "session/memory.h"
+#include "session/progress.h"
+#include "session/signals.h"
 #include "tyndall/render/bake.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/prepare.h"
@@ -46,31 +46,32 @@ ExitCode run(const BakeArguments& arguments) {
       paths.push_back(each);
     }
   }
-  const DeviceName device_name = parse_device(arguments.device);
+  const session::DeviceName device_name = session::parse_device(arguments.device);
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
   refuse_inputs(file.inputs, paths);
-  for (const std::string& warning : file.warnings) warn(warning);
+  for (const std::string& warning : file.warnings) session::warn(warning);
   const Scene scene =
       scene_to_bake(file.scene, arguments.order > 0, arguments.per_light, arguments.multiple_only);
-  if (const std::string shortage = memory_shortage(scene, most_replicates); !shortage.empty())
+  if (const std::string shortage = session::memory_shortage(scene, most_replicates);
+      !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
-  Device device = open_device(device_name, arguments.threads);
+  session::Device device = session::open_device(device_name, arguments.threads);
 
-  catch_signals(5.0);
+  session::catch_signals(5.0);
   for (const std::string& path : paths) io::OutputFile{path};  // can they be written?
 
-  ProgressMeter meter(progress_style(arguments.progress));
-  RenderOptions render_options = interruptible(meter);
+  session::ProgressMeter meter(session::progress_style(arguments.progress));
+  RenderOptions render_options = session::interruptible(meter);
   render_options.photons = IndexRange{0, scene.photons};
   render_options.measures_matter = true;
-  const std::unique_ptr<Renderer> renderer = begin_render(
+  const std::unique_ptr<Renderer> renderer = session::begin_render(
       scene, device, device_name, arguments.threads, render_options, [&meter] { meter.clear(); });
   for (const std::string& path : arguments.outputs)
     io::require_room(path, renderer->scene().cells.groups);
   const bool is_done = renderer->run();
-  end_patience();
+  session::end_patience();
   meter.clear();
-  const int signal = caught_signal();
+  const int signal = session::caught_signal();
   const std::uint64_t shot = renderer->part().photons().count();
   if (shot == 0) {
     if (signal != 0) throw Stopped{};
@@ -84,7 +85,8 @@ ExitCode run(const BakeArguments& arguments) {
   finish(result, file.warnings);
   const BakedLight light = bake(*renderer, scene);
   const io::Bake baked{arguments.scene, file, light, result.picture.provenance};
-  say(io::report_lines({renderer->part(), result, arguments.scene, device.name, file.volumes}));
+  session::say(
+      io::report_lines({renderer->part(), result, arguments.scene, device.name, file.volumes}));
   // What can be written is: the light may have taken hours.
   std::string failures;
   for (const std::string& path : arguments.outputs) {
@@ -92,13 +94,13 @@ ExitCode run(const BakeArguments& arguments) {
       // The file that was asked for comes last, once what it names is there.
       std::vector<std::string> warnings;
       std::vector<io::ConvertedFile> files = io::bake_files(baked, path, options, &warnings);
-      for (const std::string& warning : warnings) warn(warning);
+      for (const std::string& warning : warnings) session::warn(warning);
       std::rotate(files.begin(), files.begin() + 1, files.end());
       for (const io::ConvertedFile& part : files) {
         io::OutputFile output(part.path);
         output.write(part.bytes);
         output.commit();
-        say(fmt::format("written  {}\n", part.path));
+        session::say(fmt::format("written  {}\n", part.path));
       }
     } catch (const Error& error) {
       failures += (failures.empty() ? "" : "\n") + std::string(error.what());
@@ -106,8 +108,8 @@ ExitCode run(const BakeArguments& arguments) {
   }
   if (!failures.empty()) throw Error(ExitCode::output_failed, failures);
   if (is_done) return ExitCode::done;
-  say(fmt::format("tyndall: stopped by a signal; what was written has {} of {} photons\n", shot,
-                  scene.photons));
+  session::say(fmt::format("tyndall: stopped by a signal; what was written has {} of {} photons\n",
+                           shot, scene.photons));
   return static_cast<ExitCode>(128 + signal);
 }
 

@@ -7,12 +7,12 @@
 #include <CLI/CLI.hpp>
 
 #include "app/command.h"
-#include "app/console.h"
 #include "app/options.h"
 #include "app/outputs.h"
-#include "app/signals.h"
 #include "io/convert.h"
 #include "io/output_file.h"
+#include "session/console.h"
+#include "session/signals.h"
 
 namespace tyndall::app {
 namespace {
@@ -24,9 +24,9 @@ struct ConvertArguments : SceneArguments {
 
 ExitCode run(const ConvertArguments& arguments) {
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
-  for (const std::string& warning : file.warnings) warn(warning);
-  catch_signals();  // from here on there are temporaries
-  leave_on_signal();
+  for (const std::string& warning : file.warnings) session::warn(warning);
+  session::catch_signals();  // from here on there are temporaries
+  session::leave_on_signal();
   io::OutputFile scene(arguments.output);  // can it be written at all?
   const std::vector<io::ConvertedFile> converted =
       io::convert(file, arguments.output, arguments.voxels);
@@ -36,7 +36,7 @@ ExitCode run(const ConvertArguments& arguments) {
   const auto write = [](io::OutputFile& output, const std::string& bytes) {
     output.write(bytes);
     output.commit();
-    say(fmt::format("written  {}\n", output.path()));
+    session::say(fmt::format("written  {}\n", output.path()));
   };
   // The scene comes last, once what it reads is there.
   for (std::size_t i = 1; i < converted.size(); ++i) {

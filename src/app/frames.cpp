@@ -15,16 +15,16 @@
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "app/console.h"
-#include "app/devices.h"
-#include "app/memory.h"
 #include "app/outputs.h"
-#include "app/progress.h"
-#include "app/signals.h"
 #include "io/denoise.h"
 #include "io/report.h"
 #include "io/scene_json.h"
 #include "render/camera.h"
+#include "session/console.h"
+#include "session/devices.h"
+#include "session/memory.h"
+#include "session/progress.h"
+#include "session/signals.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
 #if TYNDALL_OPENEXR
@@ -124,8 +124,8 @@ class Frames {
     if (lacking.size() == size())
       throw Error(ExitCode::input_missing,
                   fmt::format("{}: no such file; every frame lacks one", first));
-    warn(fmt::format("{} of {} frames lack a file, such as {}: {}", lacking.size(), size(), first,
-                     listed(lacking)));
+    session::warn(fmt::format("{} of {} frames lack a file, such as {}: {}", lacking.size(), size(),
+                              first, listed(lacking)));
   }
 
   /// \throws Error; io::UnreadableFrame where files of this frame alone are wrong.
@@ -137,7 +137,7 @@ class Frames {
     if (sequence_.fits.size() > known)
       for (const auto& [key, fit] : sequence_.fits)
         if (!fit.file.empty() && is_fit_said_.insert(key).second)
-          say(fmt::format("fit      {}: in all frames as in {}\n", key, fit.file));
+          session::say(fmt::format("fit      {}: in all frames as in {}\n", key, fit.file));
     return file;
   }
 
@@ -146,7 +146,7 @@ class Frames {
   void fail(std::size_t i, const Error& error) {
     const bool is_of_frame = dynamic_cast<const io::UnreadableFrame*>(&error) != nullptr;
     if (!is_of_frame && error.code() != ExitCode::scene_invalid) throw;
-    say(fmt::format("{}: cannot be read\n{}\n", title(i), error.what()));
+    session::say(fmt::format("{}: cannot be read\n{}\n", title(i), error.what()));
     failed_.push_back({number(i), error.code(), error.what()});
   }
 
@@ -163,8 +163,8 @@ class Frames {
       numbers.push_back(frame.number);
       if (numbers.size() <= most) reasons += fmt::format("{}\n", frame.message);
     }
-    say(fmt::format("tyndall: {} of {} frames could not be read: {}\n{}", numbers.size(), size(),
-                    listed(numbers), reasons));
+    session::say(fmt::format("tyndall: {} of {} frames could not be read: {}\n{}", numbers.size(),
+                             size(), listed(numbers), reasons));
     return is_input ? ExitCode::input_missing : ExitCode::scene_invalid;
   }
 
@@ -236,7 +236,7 @@ void share_volumes(const io::SceneFile& from, io::SceneFile& to) {
 }
 
 void require_memory(const Scene& scene) {
-  if (const std::string shortage = memory_shortage(scene); !shortage.empty())
+  if (const std::string shortage = session::memory_shortage(scene); !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
 }
 
@@ -245,8 +245,8 @@ class Sequence {
   explicit Sequence(const RenderArguments& arguments)
       : arguments_(arguments),
         frames_(arguments, *arguments.frames),
-        device_name_(parse_device(arguments.device)),
-        meter_(progress_style(arguments.progress)) {}
+        device_name_(session::parse_device(arguments.device)),
+        meter_(session::progress_style(arguments.progress)) {}
 
   ExitCode run() {
     // What is wrong is said before hours of work: with the names of all, with the first and with
@@ -259,18 +259,19 @@ class Sequence {
       } catch (const Error& error) {
         const bool is_of_frame = dynamic_cast<const io::UnreadableFrame*>(&error) != nullptr;
         if (!is_of_frame && (i == 0 || error.code() != ExitCode::scene_invalid)) throw;
-        warn(fmt::format("frame {} is left out unless this changes: {}", frames_.number(i),
-                         error.what()));
+        session::warn(fmt::format("frame {} is left out unless this changes: {}", frames_.number(i),
+                                  error.what()));
       }
     }
     if (last > 0) scenes_.erase(last);  // its volumes may be large
-    catch_signals(5.0);
+    session::catch_signals(5.0);
     for (std::size_t i = 0; i < frames_.size(); ++i) {
       if (!render_frame_or_stop(i)) {
         frames_.failures();
-        say(fmt::format("tyndall: stopped by a signal in frame {}; the same line goes on there\n",
+        session::say(
+            fmt::format("tyndall: stopped by a signal in frame {}; the same line goes on there\n",
                         frames_.number(i)));
-        return static_cast<ExitCode>(128 + caught_signal());
+        return static_cast<ExitCode>(128 + session::caught_signal());
       }
       scenes_.erase(i);
     }
@@ -343,7 +344,7 @@ class Sequence {
           usage_error(fmt::format(
               "{}: is there already, of another scene: remove it, or name others", path));
       } catch (const io::UnreadableFrame&) {
-        warn(fmt::format("{}: is kept, but what it shows cannot be read any more", path));
+        session::warn(fmt::format("{}: is kept, but what it shows cannot be read any more", path));
       }
     }
 #else
@@ -355,7 +356,7 @@ class Sequence {
   /// \return false where a signal ended it.
   bool render_frame_or_stop(std::size_t i) {
     try {
-      return render_frame(i) && (caught_signal() == 0 || i + 1 == frames_.size());
+      return render_frame(i) && (session::caught_signal() == 0 || i + 1 == frames_.size());
     } catch (const Stopped&) {
       meter_.clear();
       return false;
@@ -372,22 +373,22 @@ class Sequence {
                         arguments_.detectors.empty() ? "" : numbered(arguments_.detectors));
     outputs.refuse_repeats();
     if (is_there(outputs.paths(), i)) {
-      say(frames_.title(i) + ": is there already\n");
+      session::say(frames_.title(i) + ": is there already\n");
       return true;
     }
     const std::shared_ptr<const Loaded> loaded = scene_or_failure(i);
     if (!loaded) return true;
-    say(frames_.title(i) + "\n");
+    session::say(frames_.title(i) + "\n");
     const io::SceneFile& file = loaded->file;
     refuse_inputs(file.inputs, outputs.paths());
     for (const std::string& warning : file.warnings)
-      if (warned_.insert(warning).second) warn(warning);
+      if (warned_.insert(warning).second) session::warn(warning);
     if (!std::exchange(has_begun_, true)) require_detectors(file.scene, arguments_.detectors);
-    if (lit_ && (lit_->by->key != loaded->key || !memory_shortage(file.scene).empty()))
+    if (lit_ && (lit_->by->key != loaded->key || !session::memory_shortage(file.scene).empty()))
       lit_.reset();
     if (!lit_) require_memory(file.scene);
     outputs.open();
-    if (!device_.backend) device_ = open_device(device_name_, arguments_.threads);
+    if (!device_.backend) device_ = session::open_device(device_name_, arguments_.threads);
     const bool lights_next = has_key(i + 1, loaded->key);
     if (lights_next) share_volumes(file, scene_of(i + 1)->file);
 
@@ -398,12 +399,12 @@ class Sequence {
     finish(result, file.warnings);
     if (arguments_.denoises) io::denoise(result.picture);
     const io::Run run{lit_->renderer->part(), result, arguments_.scene, device_.name, file.volumes};
-    say(io::report_lines(run));
+    session::say(io::report_lines(run));
     outputs.write(run);
     if (!lit_->is_kept) lit_.reset();
     if (arguments_.print_hash) {
-      print(fmt::format("frame {} tallies {:016x} pixels {:016x}\n", frame, result.hashes.tallies,
-                        result.hashes.pixels));
+      session::print(fmt::format("frame {} tallies {:016x} pixels {:016x}\n", frame,
+                                 result.hashes.tallies, result.hashes.pixels));
     }
     return true;
   }
@@ -421,7 +422,7 @@ class Sequence {
       lit_.reset();
       may_keep_ = false;
       require_memory(scene);
-      say("light    too large to keep beside a frame: it is shot for each\n");
+      session::say("light    too large to keep beside a frame: it is shot for each\n");
       begin(loaded, frame, false);
       return finishes(result);
     }
@@ -433,24 +434,26 @@ class Sequence {
     try {
       lit_->renderer->look(scene);
     } catch (const Error& error) {
-      if (error.code() != ExitCode::device || device_name_.kind != DeviceName::Kind::automatic)
+      if (error.code() != ExitCode::device
+          || device_name_.kind != session::DeviceName::Kind::automatic)
         throw;
       lit_.reset();
       return false;
     }
-    say(fmt::format("light    of frame {}, {:.2f} s saved\n", lit_->frame, lit_->seconds));
+    session::say(fmt::format("light    of frame {}, {:.2f} s saved\n", lit_->frame, lit_->seconds));
     return true;
   }
 
   void begin(const std::shared_ptr<const Loaded>& loaded, int frame, bool may_keep) {
     const Scene& scene = loaded->file.scene;
-    RenderOptions options = interruptible(meter_);
+    RenderOptions options = session::interruptible(meter_);
     options.batch = arguments_.batch;
     // Kept as floats, half as large as what is shot.
-    options.keeps_light = may_keep && memory_shortage(scene, 1 + most_replicates / 2).empty();
+    options.keeps_light =
+        may_keep && session::memory_shortage(scene, 1 + most_replicates / 2).empty();
     lit_ = Lit{loaded, nullptr, frame, options.keeps_light};
-    lit_->renderer = begin_render(scene, device_, device_name_, arguments_.threads, options,
-                                  [this] { meter_.clear(); });
+    lit_->renderer = session::begin_render(scene, device_, device_name_, arguments_.threads,
+                                           options, [this] { meter_.clear(); });
   }
 
   /// \return false where a signal ended it.
@@ -472,9 +475,9 @@ class Sequence {
 
   const RenderArguments& arguments_;
   Frames frames_;
-  const DeviceName device_name_;
-  Device device_;
-  ProgressMeter meter_;
+  const session::DeviceName device_name_;
+  session::Device device_;
+  session::ProgressMeter meter_;
   bool has_begun_ = false;
   std::set<std::string> warned_;                           // once for all frames
   std::map<std::size_t, std::shared_ptr<Loaded>> scenes_;  // that are still to be rendered
@@ -513,20 +516,20 @@ ExitCode validate_frames(const SceneArguments& arguments, const FrameRange& rang
   frames.look_up();
   std::set<std::string> said;
   const auto warn_once = [&](const std::string& text) {
-    if (!text.empty() && said.insert(text).second) warn(text);
+    if (!text.empty() && said.insert(text).second) session::warn(text);
   };
   for (std::size_t i = 0; i < frames.size(); ++i) {
     try {
       const io::SceneFile file = frames.read(i);
       for (const std::string& warning : file.warnings) warn_once(warning);
-      warn_once(memory_shortage(file.scene));
+      warn_once(session::memory_shortage(file.scene));
     } catch (const Error& error) {
       frames.fail(i, error);
     }
   }
   const ExitCode code = frames.failures();
   if (code == ExitCode::done)
-    print(fmt::format("{}: valid in {} frames\n", arguments.scene, frames.size()));
+    session::print(fmt::format("{}: valid in {} frames\n", arguments.scene, frames.size()));
   return code;
 }
 

@@ -5,8 +5,8 @@
 #include <CLI/CLI.hpp>
 
 #include "app/command.h"
-#include "app/console.h"
 #include "io/info.h"
+#include "session/console.h"
 
 namespace tyndall::app {
 namespace {
@@ -18,7 +18,7 @@ struct InfoArguments {
 
 ExitCode run(const InfoArguments& arguments) {
   const io::Info info = io::info(arguments.file, arguments.as_json);
-  print(info.text);
+  session::print(info.text);
   if (!info.problem.empty()) throw Error(ExitCode::input_missing, info.problem);
   return ExitCode::done;
 }

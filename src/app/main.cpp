@@ -11,13 +11,13 @@
 #include <CLI/CLI.hpp>
 
 #include "app/command.h"
-#include "app/console.h"
 #include "app/failure.h"
 #include "app/manual.h"
 #include "app/outputs.h"
 #include "app/ranks.h"
-#include "app/signals.h"
 #include "render/startable_threads.h"
+#include "session/console.h"
+#include "session/signals.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
 
@@ -70,11 +70,12 @@ Run add_help(CLI::App& app) {
       ->check(CLI::IsMember({"man", "bash", "zsh"}).description(""));
   return [&app, topic, format] {
     if (!format->empty()) {
-      print(manual(app, *format, examples));
+      session::print(manual(app, *format, examples));
       return ExitCode::done;
     }
     app.clear();  // else CLI11 gives the help of `help`
-    print(examples + (topic->empty() ? app.help() : app.get_subcommand(*topic)->help("tyndall")));
+    session::print(examples
+                   + (topic->empty() ? app.help() : app.get_subcommand(*topic)->help("tyndall")));
     return ExitCode::done;
   };
 }
@@ -98,10 +99,10 @@ ExitCode run(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
-    print(examples + app.help());
+    session::print(examples + app.help());
     return ExitCode::done;
   } catch (const CLI::CallForVersion& call) {
-    print(call.what());
+    session::print(call.what());
     return ExitCode::done;
   } catch (const CLI::ParseError& error) {
     if (is_other_rank()) return ExitCode::usage;  // the first one says it
@@ -125,7 +126,7 @@ int main(int argc, char** argv) {
   using namespace tyndall;
   int code = 0;
   try {
-    app::reserve_standard_streams();
+    session::reserve_standard_streams();
     std::signal(SIGUSR1, SIG_IGN);  // a render takes it once it has begun, see expect_requests()
     std::signal(SIGXFSZ, SIG_IGN);  // a file that grows beyond its limit is an error of writing
     app::save_address_space();
@@ -133,5 +134,5 @@ int main(int argc, char** argv) {
   } catch (...) {
     code = app::tell_failure();
   }
-  return app::end_catching(code);
+  return session::end_catching(code);
 }

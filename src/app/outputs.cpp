@@ -9,9 +9,9 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "app/console.h"
 #include "io/detectors.h"
 #include "io/pfm.h"
+#include "session/console.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #if TYNDALL_OPENEXR
@@ -134,7 +134,7 @@ void Outputs::write(const io::Run& run, bool says) {
       if (!output.file || !output.file->is_there()) output.file.emplace(output.path);
       output.writer(run, *output.file);
       output.file->commit();
-      if (says) say(fmt::format("written  {}\n", output.path));
+      if (says) session::say(fmt::format("written  {}\n", output.path));
     } catch (const Error& error) {
       failures += (failures.empty() ? "" : "\n") + std::string(error.what());
     }
@@ -164,12 +164,12 @@ void require_detectors(const Scene& scene, const std::string& detectors) {
                           detectors));
   }
   if (detects(scene) && detectors.empty())
-    warn("the scene's detectors are written nowhere: add --detectors FILE");
+    session::warn("the scene's detectors are written nowhere: add --detectors FILE");
 }
 
 void finish(RenderResult& result, const std::vector<std::string>& said) {
   result.picture.provenance = io::provenance(result);
-  for (const std::string& warning : io::unsaid_warnings(result, said)) warn(warning);
+  for (const std::string& warning : io::unsaid_warnings(result, said)) session::warn(warning);
 }
 
 void refuse_inputs(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs,

@@ -2,9 +2,9 @@
 #include <string>
 
 #include "app/command.h"
-#include "app/console.h"
-#include "app/devices.h"
 #include "io/scene_json.h"
+#include "session/console.h"
+#include "session/devices.h"
 
 namespace tyndall::app {
 namespace {
@@ -12,14 +12,14 @@ namespace {
 template <std::string (*list)()>
 Run add(CLI::App&) {
   return [] {
-    print(list());
+    session::print(list());
     return ExitCode::done;
   };
 }
 
 }  // namespace
 
-const Command devices_command{"devices", "Lists what can render", &add<list_devices>};
+const Command devices_command{"devices", "Lists what can render", &add<session::list_devices>};
 const Command schema_command{"schema", "Prints the JSON Schema of scenes", &add<io::schema>};
 const Command defaults_command{"defaults", "Prints every key of a scene with its default",
                                &add<io::defaults>};

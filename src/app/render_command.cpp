@@ -19,24 +19,24 @@
 #include <CLI/CLI.hpp>
 
 #include "app/command.h"
-#include "app/console.h"
-#include "app/devices.h"
 #include "app/failure.h"
 #include "app/frames.h"
 #include "app/live.h"
-#include "app/memory.h"
 #include "app/merge_command.h"
 #include "app/options.h"
 #include "app/outputs.h"
-#include "app/progress.h"
 #include "app/ranks.h"
 #include "app/render_arguments.h"
-#include "app/signals.h"
 #include "io/denoise.h"
 #include "io/detectors.h"
 #include "io/output_file.h"
 #include "io/report.h"
 #include "io/scene_json.h"
+#include "session/console.h"
+#include "session/devices.h"
+#include "session/memory.h"
+#include "session/progress.h"
+#include "session/signals.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
@@ -93,9 +93,9 @@ int lights_at_once(const Scene& scene, const RenderArguments& arguments) {
   if (!is_limited || (arguments.photons && !arguments.samples)) return 1;
   if (scene.integrator == scene::Integrator::path) return most_replicates;
   int lights = most_replicates;
-  while (lights > 1 && !memory_shortage(scene, lights).empty()) --lights;
+  while (lights > 1 && !session::memory_shortage(scene, lights).empty()) --lights;
   if (lights == 1) {
-    warn(
+    session::warn(
         "the light of two replicates does not fit into memory: they are done one after the other, "
         "and a limit ends the render late; lower photons.illumination.resolution");
   }
@@ -108,13 +108,13 @@ int lights_at_once(const Scene& scene, const RenderArguments& arguments) {
 class Watch {
  public:
   Watch(const RenderArguments& arguments, const std::function<void(RenderResult&)>& show)
-      : arguments_(arguments), show_(show), meter_(progress_style(arguments.progress)) {
+      : arguments_(arguments), show_(show), meter_(session::progress_style(arguments.progress)) {
     if (!arguments.display.empty())
       display_.emplace(arguments.display, fs::path(arguments.scene).filename().string());
   }
 
   RenderOptions options(const Scene& scene) {
-    RenderOptions options = interruptible(meter_);
+    RenderOptions options = session::interruptible(meter_);
     options.batch = arguments_.batch;
     options.photons = arguments_.photons;
     options.samples = arguments_.samples;
@@ -159,16 +159,16 @@ class Watch {
   using Clock = std::chrono::steady_clock;
 
   bool go_on(Renderer& renderer, Moment moment) {
-    if (caught_signal() != 0) return false;
+    if (session::caught_signal() != 0) return false;
     const bool can_show = renderer.has_picture() || renderer.has_preview();
-    if (can_show && take_request_for_picture()) {
+    if (can_show && session::take_request_for_picture()) {
       meter_.clear();
       try {
         RenderResult result =
             renderer.has_picture() ? renderer.result() : renderer.preview(preview_seconds);
         show_(result);
       } catch (const Error& error) {
-        warn(error.what());  // the work is not lost by it
+        session::warn(error.what());  // the work is not lost by it
       }
     }
     if (renderer.has_picture()) look(renderer);
@@ -183,7 +183,7 @@ class Watch {
         write_checkpoint(renderer);
       } catch (const Error& error) {
         meter_.clear();
-        warn(fmt::format("{} (the render goes on, and tries again later)", error.what()));
+        session::warn(fmt::format("{} (the render goes on, and tries again later)", error.what()));
         written_ = Clock::now();
       }
     }
@@ -218,7 +218,7 @@ class Watch {
       outputs.write({renderer.part(), result, arguments_.scene, "", {}}, false);
     } catch (const Error& error) {
       meter_.clear();
-      warn(fmt::format("{} (the render goes on)", error.what()));
+      session::warn(fmt::format("{} (the render goes on)", error.what()));
     }
   }
 
@@ -226,7 +226,7 @@ class Watch {
   const std::function<void(RenderResult&)> show_;
   std::optional<Display> display_;
   std::chrono::steady_clock::time_point display_next_{}, preview_next_{};
-  ProgressMeter meter_;
+  session::ProgressMeter meter_;
   Clock::time_point written_ = Clock::now();
   bool is_quiet_ = false;  // --noise has ended it
 };
@@ -235,22 +235,23 @@ class Watch {
 void take_up(const RenderArguments& arguments, Renderer& renderer) {
 #if TYNDALL_ZSTD
   if (!arguments.illumination.empty()) {
-    Partial light = io::read_part(arguments.illumination, available_memory());
+    Partial light = io::read_part(arguments.illumination, session::available_memory());
     refuse_gaps(light, arguments.illumination, arguments.allow_gaps, Needs::photons);
     renderer.resume(std::move(light), arguments.illumination);
   }
   if (!arguments.resume) return;
   if (std::error_code error; !fs::exists(arguments.checkpoint, error)) {
-    say(fmt::format("resume   {} is not there yet: begins anew\n", arguments.checkpoint));
+    session::say(fmt::format("resume   {} is not there yet: begins anew\n", arguments.checkpoint));
     return;
   }
-  renderer.resume(io::read_part(arguments.checkpoint, available_memory()), arguments.checkpoint);
+  renderer.resume(io::read_part(arguments.checkpoint, session::available_memory()),
+                  arguments.checkpoint);
   const Partial& part = renderer.part();
   std::uint64_t photons = 0;
   for (const Replicate& r : part.replicates) photons += r.photons.count();
-  say(fmt::format("resume   {}: {} of {} photons, {} of {} samples are done\n",
-                  arguments.checkpoint, photons, part.frame.photons, part.samples().count(),
-                  part.frame.samples));
+  session::say(fmt::format("resume   {}: {} of {} photons, {} of {} samples are done\n",
+                           arguments.checkpoint, photons, part.frame.photons,
+                           part.samples().count(), part.frame.samples));
 #else
   static_cast<void>(arguments), static_cast<void>(renderer);
 #endif
@@ -326,29 +327,29 @@ int threads_of_rank(const RenderArguments& arguments, const Communicator& ranks)
 }
 
 /// Ranks on one machine share its CUDA devices.
-DeviceName device_of_rank(const RenderArguments& arguments, const Communicator& ranks) {
-  DeviceName device = parse_device(arguments.device);
-  if (device.kind == DeviceName::Kind::automatic && cuda_device_count() > 0)
-    device.kind = DeviceName::Kind::cuda;
-  if (device.kind == DeviceName::Kind::cuda && device.index == DeviceName::all)
-    device.index = ranks.local_rank() % std::max(1, cuda_device_count());
+session::DeviceName device_of_rank(const RenderArguments& arguments, const Communicator& ranks) {
+  session::DeviceName device = session::parse_device(arguments.device);
+  if (device.kind == session::DeviceName::Kind::automatic && session::cuda_device_count() > 0)
+    device.kind = session::DeviceName::Kind::cuda;
+  if (device.kind == session::DeviceName::Kind::cuda && device.index == session::DeviceName::all)
+    device.index = ranks.local_rank() % std::max(1, session::cuda_device_count());
   return device;
 }
 
 /// Works for rank 0 until it needs no more.
 ExitCode help(const RenderArguments& arguments, Communicator& ranks) {
-  ignore_signals();  // rank 0 stops the work
+  session::ignore_signals();  // rank 0 stops the work
   if (!Go::ask(ranks)) return ExitCode::done;
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
-  const Device device =
-      open_device(device_of_rank(arguments, ranks), threads_of_rank(arguments, ranks));
+  const session::Device device =
+      session::open_device(device_of_rank(arguments, ranks), threads_of_rank(arguments, ranks));
   serve(file.scene, *device.backend, ranks);
   return ExitCode::done;
 }
 
 /// \param ranks null: this process alone
 ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go& go) {
-  expect_requests();
+  session::expect_requests();
   // Whatever can be wrong comes to light before the work begins: first the command line, then the
   // scene, then the machine.
   Outputs outputs;
@@ -356,8 +357,8 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   if (pictures.empty()) pictures.push_back(default_output(arguments.scene));
   for (const std::string& path : pictures) outputs.add(path);
   require_sense(arguments, pictures);
-  const DeviceName device_name =
-      ranks ? device_of_rank(arguments, *ranks) : parse_device(arguments.device);
+  const session::DeviceName device_name =
+      ranks ? device_of_rank(arguments, *ranks) : session::parse_device(arguments.device);
   outputs.add_reports(arguments.report, arguments.detectors);
   outputs.refuse_repeats({arguments.checkpoint, arguments.preview});
   if (!arguments.preview.empty()) {
@@ -372,17 +373,17 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   if (!arguments.checkpoint.empty()) written.push_back(arguments.checkpoint);
   if (!arguments.preview.empty()) written.push_back(arguments.preview);
   refuse_inputs(inputs, written);
-  for (const std::string& warning : file.warnings) warn(warning);
+  for (const std::string& warning : file.warnings) session::warn(warning);
   require_detectors(scene, arguments.detectors);
   refuse_ranges_beyond(scene, arguments);
-  if (const std::string shortage = memory_shortage(scene, lights_kept(scene, arguments));
+  if (const std::string shortage = session::memory_shortage(scene, lights_kept(scene, arguments));
       !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
   const int threads = ranks ? threads_of_rank(arguments, *ranks) : arguments.threads;
-  Device device = open_device(device_name, threads);
+  session::Device device = session::open_device(device_name, threads);
 
   // From here on there are temporaries. What a checkpoint would lose is worth a while.
-  catch_signals(arguments.checkpoint.empty() ? 0.6 : 5.0);
+  session::catch_signals(arguments.checkpoint.empty() ? 0.6 : 5.0);
   outputs.open();
   if (!arguments.checkpoint.empty()) io::OutputFile(arguments.checkpoint);  // can it be written?
 
@@ -396,9 +397,10 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
     finish(result, file.warnings);
     if (arguments.denoises) io::denoise(result.picture);
     const io::Run run{renderer->part(), result, arguments.scene, device.name, file.volumes};
-    say(io::report_lines(run));
+    session::say(io::report_lines(run));
     if (ranks) {
-      say(fmt::format("ranks    {}: {:.4g} MB told and added up in {:.3g} s, waiting included\n",
+      session::say(
+          fmt::format("ranks    {}: {:.4g} MB told and added up in {:.3g} s, waiting included\n",
                       ranks->size(), static_cast<double>(traffic.bytes) / 1e6, traffic.seconds));
     }
     outputs.write(run);
@@ -407,13 +409,13 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   if (ranks)
     renderer = std::make_unique<Renderer>(scene, *distributed, watch.options(scene));
   else
-    renderer = begin_render(scene, device, device_name, threads, watch.options(scene),
-                            [&watch] { watch.clear(); });
+    renderer = session::begin_render(scene, device, device_name, threads, watch.options(scene),
+                                     [&watch] { watch.clear(); });
   take_up(arguments, *renderer);
   const bool is_done = renderer->run();
-  end_patience();
+  session::end_patience();
   watch.clear();
-  const int signal = caught_signal();
+  const int signal = session::caught_signal();
 
   bool has_checkpoint = !arguments.checkpoint.empty();
   std::string lost;      // why the checkpoint of a stop could not be written: the picture is, first
@@ -422,7 +424,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
       watch.write_checkpoint(*renderer);
     } catch (const Error& error) {
       if (is_done) {
-        warn(error.what());
+        session::warn(error.what());
       } else {
         lost = error.what();
       }
@@ -445,8 +447,8 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   const bool shows = renderer->has_picture() || renderer->shoots_only();
   if (!is_done && !shows && signal != 0 && arguments.checkpoint.empty()) throw Stopped{};
   if (!is_done && !shows && !renderer->has_preview()) {
-    say(fmt::format("tyndall: stopped by {} before there was anything to see: no picture{}\n",
-                    reason, remedy));
+    session::say(fmt::format(
+        "tyndall: stopped by {} before there was anything to see: no picture{}\n", reason, remedy));
     return end(stopped);
   }
   RenderResult result = shows ? renderer->result() : renderer->preview(preview_seconds);
@@ -459,16 +461,18 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   }
   watch.show_last(*renderer, result);
   if (arguments.print_hash) {
-    print(fmt::format("tallies {:016x} pixels {:016x}\n", result.hashes.tallies,
-                      result.hashes.pixels));
+    session::print(fmt::format("tallies {:016x} pixels {:016x}\n", result.hashes.tallies,
+                               result.hashes.pixels));
   }
   if (is_done) {
     std::error_code error;
     if (has_checkpoint && !fs::remove(arguments.checkpoint, error) && error)
-      warn(fmt::format("{}: cannot be removed: {}", arguments.checkpoint, error.message()));
+      session::warn(
+          fmt::format("{}: cannot be removed: {}", arguments.checkpoint, error.message()));
     return ExitCode::done;
   }
-  say(fmt::format("tyndall: stopped by {}; {} photons {} of {} and samples {} of {}{}\n", reason,
+  session::say(
+      fmt::format("tyndall: stopped by {}; {} photons {} of {} and samples {} of {}{}\n", reason,
                   result.is_preview ? "the picture is a preview of" : "what was written has",
                   result.photons.text(), result.frame.photons, result.samples.text(),
                   result.frame.samples, remedy));

@@ -7,11 +7,11 @@
 #include <CLI/CLI.hpp>
 
 #include "app/command.h"
-#include "app/console.h"
 #include "app/frames.h"
-#include "app/memory.h"
 #include "app/options.h"
 #include "io/scene_json.h"
+#include "session/console.h"
+#include "session/memory.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/prepare.h"
 
@@ -25,13 +25,13 @@ struct ValidateArguments : SceneArguments {
 ExitCode run(const ValidateArguments& arguments) {
   if (arguments.frames) return validate_frames(arguments, *arguments.frames);
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
-  for (const std::string& warning : file.warnings) warn(warning);
+  for (const std::string& warning : file.warnings) session::warn(warning);
   // The scene is none the worse for it: another machine may render it.
-  const std::string shortage = memory_shortage(file.scene);
-  if (!shortage.empty()) warn(shortage);
+  const std::string shortage = session::memory_shortage(file.scene);
+  if (!shortage.empty()) session::warn(shortage);
   if (shortage.empty())
-    for (const std::string& warning : lights_that_give_nothing(file.scene)) warn(warning);
-  print(fmt::format("{}: valid\n", arguments.scene));
+    for (const std::string& warning : lights_that_give_nothing(file.scene)) session::warn(warning);
+  session::print(fmt::format("{}: valid\n", arguments.scene));
   return ExitCode::done;
 }
 

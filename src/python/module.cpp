@@ -17,10 +17,10 @@
 
 #include <fmt/format.h>
 
-#include "app/devices.h"
-#include "app/memory.h"
 #include "io/report.h"
 #include "io/scene_json.h"
+#include "session/devices.h"
+#include "session/memory.h"
 #include "tyndall/render/bake.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
@@ -90,7 +90,7 @@ std::vector<std::string> all_warnings(const Work& work, const RenderResult& resu
 }
 
 void require_memory(const Scene& scene, int lights) {
-  if (const std::string shortage = app::memory_shortage(scene, lights); !shortage.empty())
+  if (const std::string shortage = session::memory_shortage(scene, lights); !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
 }
 
@@ -98,7 +98,7 @@ Work prepare_work(const std::string& name, const std::string& text, const std::s
                   const std::vector<std::string>& overrides, const std::string& device,
                   int threads) {
   Work work{io::read_scene_text(name, text, folder, overrides), nullptr};
-  work.backend = app::open_device(app::parse_device(device), threads).backend;
+  work.backend = session::open_device(session::parse_device(device), threads).backend;
   return work;
 }
 
@@ -222,5 +222,5 @@ PYBIND11_MODULE(_core, m) {
   m.def("bake", &bake_text);
   m.def("validate", &validate_text);
   m.def("schema", &io::schema);
-  m.def("devices", &app::list_devices);
+  m.def("devices", &session::list_devices);
 }

@@ -9,7 +9,7 @@
 #include "tyndall/render/backend.h"
 #include "tyndall/render/render.h"
 
-namespace tyndall::app {
+namespace tyndall::session {
 
 struct DeviceName {
   enum class Kind { automatic, cpu, cuda };
@@ -42,4 +42,4 @@ int cuda_device_count();
 /// \return a line for each device, and why there are no CUDA devices where there are none.
 std::string list_devices();
 
-}  // namespace tyndall::app
+}  // namespace tyndall::session

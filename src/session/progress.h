@@ -7,7 +7,7 @@
 
 #include "tyndall/render/render.h"
 
-namespace tyndall::app {
+namespace tyndall::session {
 
 enum class ProgressStyle {
   none,
@@ -44,4 +44,4 @@ class ProgressMeter {
 /// nothing to write, in order later. \param meter lives as long
 RenderOptions interruptible(ProgressMeter& meter);
 
-}  // namespace tyndall::app
+}  // namespace tyndall::session

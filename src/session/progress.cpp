@@ -1,4 +1,4 @@
-#include "app/progress.h"
+#include "session/progress.h"
 
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -11,10 +11,10 @@
 
 #include <fmt/format.h>
 
-#include "app/console.h"
-#include "app/signals.h"
+#include "session/console.h"
+#include "session/signals.h"
 
-namespace tyndall::app {
+namespace tyndall::session {
 namespace {
 
 /// \return columns of the terminal at standard error.
@@ -104,4 +104,4 @@ void ProgressMeter::clear() {
   visible_ = false;
 }
 
-}  // namespace tyndall::app
+}  // namespace tyndall::session

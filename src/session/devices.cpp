@@ -1,4 +1,4 @@
-#include "app/devices.h"
+#include "session/devices.h"
 
 #include <algorithm>
 #include <charconv>
@@ -8,11 +8,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "app/console.h"
+#include "session/console.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
 
-namespace tyndall::app {
+namespace tyndall::session {
 namespace {
 
 #if TYNDALL_CUDA
@@ -112,4 +112,4 @@ std::string list_devices() {
   return list;
 }
 
-}  // namespace tyndall::app
+}  // namespace tyndall::session
