@@ -9,16 +9,12 @@
 
 #include "app/command.h"
 #include "app/options.h"
-#include "app/outputs.h"
 #include "io/bake_file.h"
 #include "io/output_file.h"
 #include "io/report.h"
 #include "io/scene_json.h"
-#include "session/console.h"
-#include "session/devices.h"
-#include "session/memory.h"
-#include "session/progress.h"
-#include "session/signals.h"
+#include "session/refuse.h"
+#include "session/session.h"
 #include "tyndall/render/bake.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/prepare.h"
@@ -26,7 +22,7 @@
 namespace tyndall::app {
 namespace {
 
-struct BakeArguments : SceneArguments, WorkArguments {
+struct BakeArguments : SceneArguments, session::WorkArguments {
   std::vector<std::string> outputs;
   int order = 1;   ///< 0: without directions
   int voxels = 0;  ///< of the density, along the longest side
@@ -40,37 +36,25 @@ ExitCode run(const BakeArguments& arguments) {
   std::vector<std::string> paths;  // and what lies beside
   for (const std::string& path : arguments.outputs) {
     io::require_bake(path, options);
-    for (const std::string& each : io::bake_paths(path)) {
-      if (std::find(paths.begin(), paths.end(), each) != paths.end())
-        throw Error(ExitCode::usage, fmt::format("{}: is asked for twice", each));
-      paths.push_back(each);
-    }
+    for (const std::string& each : io::bake_paths(path)) paths.push_back(each);
+    session::refuse_repeats(paths);
   }
-  const session::DeviceName device_name = session::parse_device(arguments.device);
+  session::Session session(arguments);
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
-  refuse_inputs(file.inputs, paths);
-  for (const std::string& warning : file.warnings) session::warn(warning);
+  session.accept(file, paths);
   const Scene scene =
       scene_to_bake(file.scene, arguments.order > 0, arguments.per_light, arguments.multiple_only);
-  if (const std::string shortage = session::memory_shortage(scene, most_replicates);
-      !shortage.empty())
-    throw Error(ExitCode::out_of_memory, shortage);
-  session::Device device = session::open_device(device_name, arguments.threads);
-
+  session.prepare(scene, most_replicates);
   session::catch_signals(5.0);
   for (const std::string& path : paths) io::OutputFile{path};  // can they be written?
 
-  session::ProgressMeter meter(session::progress_style(arguments.progress));
-  RenderOptions render_options = session::interruptible(meter);
+  RenderOptions render_options = session.control().options();
   render_options.photons = IndexRange{0, scene.photons};
   render_options.measures_matter = true;
-  const std::unique_ptr<Renderer> renderer = session::begin_render(
-      scene, device, device_name, arguments.threads, render_options, [&meter] { meter.clear(); });
+  const std::unique_ptr<Renderer> renderer = session.begin(scene, render_options);
   for (const std::string& path : arguments.outputs)
     io::require_room(path, renderer->scene().cells.groups);
-  const bool is_done = renderer->run();
-  session::end_patience();
-  meter.clear();
+  const bool is_done = session.run(*renderer, true);
   const int signal = session::caught_signal();
   const std::uint64_t shot = renderer->part().photons().count();
   if (shot == 0) {
@@ -82,11 +66,10 @@ ExitCode run(const BakeArguments& arguments) {
 
   RenderResult result = renderer->result();
   result.is_complete = is_done;  // a bake has no samples
-  finish(result, file.warnings);
+  session.finish(result, file);
   const BakedLight light = bake(*renderer, scene);
   const io::Bake baked{arguments.scene, file, light, result.picture.provenance};
-  session::say(
-      io::report_lines({renderer->part(), result, arguments.scene, device.name, file.volumes}));
+  session.report(*renderer, result, file, arguments.scene);
   // What can be written is: the light may have taken hours.
   std::string failures;
   for (const std::string& path : arguments.outputs) {

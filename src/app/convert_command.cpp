@@ -8,10 +8,10 @@
 
 #include "app/command.h"
 #include "app/options.h"
-#include "app/outputs.h"
 #include "io/convert.h"
 #include "io/output_file.h"
 #include "session/console.h"
+#include "session/refuse.h"
 #include "session/signals.h"
 
 namespace tyndall::app {
@@ -32,7 +32,7 @@ ExitCode run(const ConvertArguments& arguments) {
       io::convert(file, arguments.output, arguments.voxels);
   std::vector<std::string> paths;
   for (const io::ConvertedFile& part : converted) paths.push_back(part.path);
-  refuse_inputs(file.inputs, paths);
+  session::refuse_inputs(file.inputs, paths);
   const auto write = [](io::OutputFile& output, const std::string& bytes) {
     output.write(bytes);
     output.commit();

@@ -20,11 +20,9 @@
 #include "io/report.h"
 #include "io/scene_json.h"
 #include "render/camera.h"
-#include "session/console.h"
-#include "session/devices.h"
 #include "session/memory.h"
-#include "session/progress.h"
-#include "session/signals.h"
+#include "session/refuse.h"
+#include "session/session.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
 #if TYNDALL_OPENEXR
@@ -36,7 +34,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void usage_error(const std::string& message) { throw Error(ExitCode::usage, message); }
+using session::usage_error;
 
 void require_sense(const RenderArguments& a) {
   if (a.denoises) io::require_denoiser();
@@ -235,18 +233,10 @@ void share_volumes(const io::SceneFile& from, io::SceneFile& to) {
     to.volumes[v].volume = from.volumes[v].volume;
 }
 
-void require_memory(const Scene& scene) {
-  if (const std::string shortage = session::memory_shortage(scene); !shortage.empty())
-    throw Error(ExitCode::out_of_memory, shortage);
-}
-
 class Sequence {
  public:
   explicit Sequence(const RenderArguments& arguments)
-      : arguments_(arguments),
-        frames_(arguments, *arguments.frames),
-        device_name_(session::parse_device(arguments.device)),
-        meter_(session::progress_style(arguments.progress)) {}
+      : arguments_(arguments), frames_(arguments, *arguments.frames), session_(arguments) {}
 
   ExitCode run() {
     // What is wrong is said before hours of work: with the names of all, with the first and with
@@ -358,7 +348,7 @@ class Sequence {
     try {
       return render_frame(i) && (session::caught_signal() == 0 || i + 1 == frames_.size());
     } catch (const Stopped&) {
-      meter_.clear();
+      session_.control().clear();
       return false;
     }
   }
@@ -371,8 +361,8 @@ class Sequence {
     for (const std::string& path : arguments_.outputs) outputs.add(numbered(path));
     outputs.add_reports(arguments_.report.empty() ? "" : numbered(arguments_.report),
                         arguments_.detectors.empty() ? "" : numbered(arguments_.detectors));
-    outputs.refuse_repeats();
-    if (is_there(outputs.paths(), i)) {
+    const std::vector<std::string> paths = outputs.distinct_paths();
+    if (is_there(paths, i)) {
       session::say(frames_.title(i) + ": is there already\n");
       return true;
     }
@@ -380,15 +370,12 @@ class Sequence {
     if (!loaded) return true;
     session::say(frames_.title(i) + "\n");
     const io::SceneFile& file = loaded->file;
-    refuse_inputs(file.inputs, outputs.paths());
-    for (const std::string& warning : file.warnings)
-      if (warned_.insert(warning).second) session::warn(warning);
+    session_.accept(file, paths);
     if (!std::exchange(has_begun_, true)) require_detectors(file.scene, arguments_.detectors);
     if (lit_ && (lit_->by->key != loaded->key || !session::memory_shortage(file.scene).empty()))
       lit_.reset();
-    if (!lit_) require_memory(file.scene);
+    if (!lit_) session_.prepare(file.scene);
     outputs.open();
-    if (!device_.backend) device_ = session::open_device(device_name_, arguments_.threads);
     const bool lights_next = has_key(i + 1, loaded->key);
     if (lights_next) share_volumes(file, scene_of(i + 1)->file);
 
@@ -396,16 +383,11 @@ class Sequence {
     if (!finish_by_light(loaded, frame, lights_next, result)) return false;
     if (lit_->frame == frame)
       lit_->seconds = result.seconds.bounds + result.seconds.photons + result.seconds.matter;
-    finish(result, file.warnings);
+    session_.finish(result, file);
     if (arguments_.denoises) io::denoise(result.picture);
-    const io::Run run{lit_->renderer->part(), result, arguments_.scene, device_.name, file.volumes};
-    session::say(io::report_lines(run));
-    outputs.write(run);
+    outputs.write(session_.report(*lit_->renderer, result, file, arguments_.scene));
     if (!lit_->is_kept) lit_.reset();
-    if (arguments_.print_hash) {
-      session::print(fmt::format("frame {} tallies {:016x} pixels {:016x}\n", frame,
-                                 result.hashes.tallies, result.hashes.pixels));
-    }
+    if (arguments_.print_hash) print_hashes(result, fmt::format("frame {} ", frame));
     return true;
   }
 
@@ -418,10 +400,10 @@ class Sequence {
       return finishes(result);
     } catch (const std::bad_alloc&) {
       if (!lit_ || !lit_->is_kept) throw;
-      meter_.clear();
+      session_.control().clear();
       lit_.reset();
       may_keep_ = false;
-      require_memory(scene);
+      session_.prepare(scene);
       session::say("light    too large to keep beside a frame: it is shot for each\n");
       begin(loaded, frame, false);
       return finishes(result);
@@ -434,9 +416,7 @@ class Sequence {
     try {
       lit_->renderer->look(scene);
     } catch (const Error& error) {
-      if (error.code() != ExitCode::device
-          || device_name_.kind != session::DeviceName::Kind::automatic)
-        throw;
+      if (error.code() != ExitCode::device || !session_.may_change_device()) throw;
       lit_.reset();
       return false;
     }
@@ -446,20 +426,18 @@ class Sequence {
 
   void begin(const std::shared_ptr<const Loaded>& loaded, int frame, bool may_keep) {
     const Scene& scene = loaded->file.scene;
-    RenderOptions options = session::interruptible(meter_);
+    RenderOptions options = session_.control().options();
     options.batch = arguments_.batch;
     // Kept as floats, half as large as what is shot.
     options.keeps_light =
         may_keep && session::memory_shortage(scene, 1 + most_replicates / 2).empty();
     lit_ = Lit{loaded, nullptr, frame, options.keeps_light};
-    lit_->renderer = session::begin_render(scene, device_, device_name_, arguments_.threads,
-                                           options, [this] { meter_.clear(); });
+    lit_->renderer = session_.begin(scene, options);
   }
 
   /// \return false where a signal ended it.
   bool finishes(RenderResult& result) {
-    const bool is_done = lit_->renderer->run();
-    meter_.clear();
+    const bool is_done = session_.run(*lit_->renderer, false);
     if (is_done) result = lit_->renderer->result();
     return is_done;
   }
@@ -475,11 +453,8 @@ class Sequence {
 
   const RenderArguments& arguments_;
   Frames frames_;
-  const session::DeviceName device_name_;
-  session::Device device_;
-  session::ProgressMeter meter_;
+  session::Session session_;
   bool has_begun_ = false;
-  std::set<std::string> warned_;                           // once for all frames
   std::map<std::size_t, std::shared_ptr<Loaded>> scenes_;  // that are still to be rendered
   std::optional<Lit> lit_;
   bool may_keep_ = true;  // there was room for it so far

@@ -14,6 +14,7 @@
 #include "app/outputs.h"
 #include "session/console.h"
 #include "session/memory.h"
+#include "session/refuse.h"
 #include "session/signals.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
@@ -100,8 +101,8 @@ ExitCode run(const MergeArguments& arguments) {
 #if TYNDALL_ZSTD
   Outputs outputs;
   for (const std::string& path : arguments.outputs) outputs.add(path);
-  outputs.refuse_repeats();
-  refuse_inputs(arguments.parts, outputs.paths(), "one of the parts", "one of the parts");
+  session::refuse_inputs(arguments.parts, outputs.distinct_paths(), "one of the parts",
+                         "one of the parts");
   session::catch_signals();
   session::leave_on_signal();
   outputs.open();
@@ -133,9 +134,7 @@ ExitCode run(const MergeArguments& arguments) {
   session::say(fmt::format("merged   {} parts: photons {}, samples {}\n", arguments.parts.size(),
                            result.photons.text(), result.samples.text()));
   outputs.write({sum, result, name, "merged", {}});
-  if (arguments.print_hash)
-    session::print(fmt::format("tallies {:016x} pixels {:016x}\n", result.hashes.tallies,
-                               result.hashes.pixels));
+  if (arguments.print_hash) print_hashes(result);
   return ExitCode::done;
 #else
   static_cast<void>(arguments);

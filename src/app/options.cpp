@@ -140,7 +140,7 @@ void add_override(CLI::App& command, SceneArguments& arguments, const std::strin
       ->type_name("N");
 }
 
-void add_work(CLI::App& command, WorkArguments& arguments) {
+void add_work(CLI::App& command, session::WorkArguments& arguments) {
   command.add_option("-t,--threads", arguments.threads, "Threads (0: all of the machine's)")
       ->type_name("N")
       ->transform(count(4096));

@@ -10,6 +10,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include "session/session.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/part.h"
 
@@ -18,13 +19,6 @@ namespace tyndall::app {
 struct SceneArguments {
   std::string scene;
   std::vector<std::string> overrides;  ///< "path=value"
-};
-
-/// Where a command works, and what it shows of that.
-struct WorkArguments {
-  int threads = 0;                ///< 0: one per hardware thread
-  std::string device = "auto";    ///< "auto", "cpu", "cuda", "cuda:1"
-  std::string progress = "auto";  ///< auto, bar, plain, none
 };
 
 /// Frames first, first + step, ... up to last.
@@ -47,7 +41,7 @@ void add_scene(CLI::App& command, SceneArguments& arguments);
 /// so these come after -D and win over it.
 void add_override(CLI::App& command, SceneArguments& arguments, const std::string& flags,
                   const std::string& key, const CLI::Validator& validator, const std::string& help);
-void add_work(CLI::App& command, WorkArguments& arguments);
+void add_work(CLI::App& command, session::WorkArguments& arguments);
 /// `flag` A:B, whose numbers may be written as 2e6.
 void add_range(CLI::App& command, std::optional<IndexRange>& range, const std::string& flag,
                const std::string& help);

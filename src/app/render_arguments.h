@@ -12,7 +12,7 @@
 
 namespace tyndall::app {
 
-struct RenderArguments : SceneArguments, WorkArguments {
+struct RenderArguments : SceneArguments, session::WorkArguments {
   std::vector<std::string>
       outputs;              ///< empty: one picture named like the scene, in the current folder
   std::string report;       ///< file, empty: none

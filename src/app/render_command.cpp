@@ -32,11 +32,9 @@
 #include "io/output_file.h"
 #include "io/report.h"
 #include "io/scene_json.h"
-#include "session/console.h"
-#include "session/devices.h"
 #include "session/memory.h"
-#include "session/progress.h"
-#include "session/signals.h"
+#include "session/refuse.h"
+#include "session/session.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
@@ -50,7 +48,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void usage_error(const std::string& message) { throw Error(ExitCode::usage, message); }
+using session::usage_error;
 
 constexpr double preview_seconds = 5;
 
@@ -104,29 +102,18 @@ int lights_at_once(const Scene& scene, const RenderArguments& arguments) {
 
 // ---- One run. ----
 
-/// What is asked of a render while it runs: to be stopped, looked at, written down.
+/// Who looks at a render while it runs: a viewer, a preview, a checkpoint, SIGUSR1.
 class Watch {
  public:
-  Watch(const RenderArguments& arguments, const std::function<void(RenderResult&)>& show)
-      : arguments_(arguments), show_(show), meter_(session::progress_style(arguments.progress)) {
+  /// \param control must outlive the watch
+  Watch(const RenderArguments& arguments, session::RunControl& control,
+        const std::function<void(RenderResult&)>& show)
+      : arguments_(arguments), control_(control), show_(show) {
     if (!arguments.display.empty())
       display_.emplace(arguments.display, fs::path(arguments.scene).filename().string());
-  }
-
-  RenderOptions options(const Scene& scene) {
-    RenderOptions options = session::interruptible(meter_);
-    options.batch = arguments_.batch;
-    options.photons = arguments_.photons;
-    options.samples = arguments_.samples;
-    if (!arguments_.illumination.empty()) {
-      options.photons = {0, 0};
-      if (!options.samples) options.samples = {0, std::numeric_limits<std::uint64_t>::max()};
-    }
-    options.allow_gaps = arguments_.allow_gaps;
-    options.time_limit = arguments_.time_limit;
-    options.most_lights = lights_at_once(scene, arguments_);
-    options.go_on = [this](Renderer& renderer, Moment moment) { return go_on(renderer, moment); };
-    return options;
+    control.time_limit = arguments.time_limit;
+    control.noise = arguments.noise;
+    control.look = [this](Renderer& renderer) { look(renderer); };
   }
 
   void write_checkpoint(Renderer& renderer) {
@@ -140,14 +127,6 @@ class Watch {
     written_ = Clock::now();
   }
 
-  void clear() { meter_.clear(); }
-
-  /// \return which limit has ended a render that is not done.
-  std::string limit() const {
-    return is_quiet_ ? fmt::format("--noise {}", arguments_.noise)
-                     : fmt::format("--time-limit {}s", arguments_.time_limit);
-  }
-
   /// To those who look on: the picture that was written.
   void show_last(Renderer& renderer, const RenderResult& result) {
     if (!renderer.has_picture() && !result.is_preview) return;  // photons alone
@@ -158,11 +137,10 @@ class Watch {
  private:
   using Clock = std::chrono::steady_clock;
 
-  bool go_on(Renderer& renderer, Moment moment) {
-    if (session::caught_signal() != 0) return false;
+  void look(Renderer& renderer) {
     const bool can_show = renderer.has_picture() || renderer.has_preview();
     if (can_show && session::take_request_for_picture()) {
-      meter_.clear();
+      control_.clear();
       try {
         RenderResult result =
             renderer.has_picture() ? renderer.result() : renderer.preview(preview_seconds);
@@ -171,27 +149,20 @@ class Watch {
         session::warn(error.what());  // the work is not lost by it
       }
     }
-    if (renderer.has_picture()) look(renderer);
-    if (moment == Moment::round && arguments_.noise > 0
-        && is_noise_below(renderer.part(), arguments_.noise)) {
-      is_quiet_ = true;
-      return false;
-    }
+    if (renderer.has_picture()) show_now_and_then(renderer);
     const double age = std::chrono::duration<double>(Clock::now() - written_).count();
-    if (!arguments_.checkpoint.empty() && age >= arguments_.checkpoint_every) {
-      try {
-        write_checkpoint(renderer);
-      } catch (const Error& error) {
-        meter_.clear();
-        session::warn(fmt::format("{} (the render goes on, and tries again later)", error.what()));
-        written_ = Clock::now();
-      }
+    if (arguments_.checkpoint.empty() || age < arguments_.checkpoint_every) return;
+    try {
+      write_checkpoint(renderer);
+    } catch (const Error& error) {
+      control_.clear();
+      session::warn(fmt::format("{} (the render goes on, and tries again later)", error.what()));
+      written_ = Clock::now();
     }
-    return true;
   }
 
   /// Shows and writes what is there now and then. It may take a twentieth of the time.
-  void look(Renderer& renderer) {
+  void show_now_and_then(Renderer& renderer) {
     if (!display_ && arguments_.preview.empty()) return;
     const auto start = Clock::now();
     const bool displays = display_ && start >= display_next_;
@@ -217,19 +188,34 @@ class Watch {
       outputs.open();
       outputs.write({renderer.part(), result, arguments_.scene, "", {}}, false);
     } catch (const Error& error) {
-      meter_.clear();
+      control_.clear();
       session::warn(fmt::format("{} (the render goes on)", error.what()));
     }
   }
 
   const RenderArguments& arguments_;
+  session::RunControl& control_;
   const std::function<void(RenderResult&)> show_;
   std::optional<Display> display_;
   std::chrono::steady_clock::time_point display_next_{}, preview_next_{};
-  session::ProgressMeter meter_;
   Clock::time_point written_ = Clock::now();
-  bool is_quiet_ = false;  // --noise has ended it
 };
+
+/// \return what of the scene is rendered, under `control`.
+RenderOptions options_of(const RenderArguments& arguments, const Scene& scene,
+                         session::RunControl& control) {
+  RenderOptions options = control.options();
+  options.batch = arguments.batch;
+  options.photons = arguments.photons;
+  options.samples = arguments.samples;
+  if (!arguments.illumination.empty()) {
+    options.photons = {0, 0};
+    if (!options.samples) options.samples = {0, std::numeric_limits<std::uint64_t>::max()};
+  }
+  options.allow_gaps = arguments.allow_gaps;
+  options.most_lights = lights_at_once(scene, arguments);
+  return options;
+}
 
 /// Takes up what --resume and --illumination name.
 void take_up(const RenderArguments& arguments, Renderer& renderer) {
@@ -336,6 +322,12 @@ session::DeviceName device_of_rank(const RenderArguments& arguments, const Commu
   return device;
 }
 
+session::Session session_of(const RenderArguments& arguments, const Communicator* ranks) {
+  if (ranks == nullptr) return session::Session(arguments);
+  return session::Session(device_of_rank(arguments, *ranks), threads_of_rank(arguments, *ranks),
+                          arguments.progress);
+}
+
 /// Works for rank 0 until it needs no more.
 ExitCode help(const RenderArguments& arguments, Communicator& ranks) {
   session::ignore_signals();  // rank 0 stops the work
@@ -357,10 +349,10 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   if (pictures.empty()) pictures.push_back(default_output(arguments.scene));
   for (const std::string& path : pictures) outputs.add(path);
   require_sense(arguments, pictures);
-  const session::DeviceName device_name =
-      ranks ? device_of_rank(arguments, *ranks) : session::parse_device(arguments.device);
+  session::Session session = session_of(arguments, ranks);
   outputs.add_reports(arguments.report, arguments.detectors);
-  outputs.refuse_repeats({arguments.checkpoint, arguments.preview});
+  const std::vector<std::string> written =
+      outputs.distinct_paths({arguments.checkpoint, arguments.preview});
   if (!arguments.preview.empty()) {
     if (is_part(arguments.preview)) usage_error("--preview: a picture, not a part");
     Outputs().add(arguments.preview);  // of a format that this build writes
@@ -368,19 +360,12 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
 
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
   const Scene& scene = file.scene;
-  std::vector<std::string> inputs = file.inputs, written = outputs.paths();
-  if (!arguments.illumination.empty()) inputs.push_back(arguments.illumination);
-  if (!arguments.checkpoint.empty()) written.push_back(arguments.checkpoint);
-  if (!arguments.preview.empty()) written.push_back(arguments.preview);
-  refuse_inputs(inputs, written);
-  for (const std::string& warning : file.warnings) session::warn(warning);
+  std::vector<std::string> more_inputs;
+  if (!arguments.illumination.empty()) more_inputs.push_back(arguments.illumination);
+  session.accept(file, written, more_inputs);
   require_detectors(scene, arguments.detectors);
   refuse_ranges_beyond(scene, arguments);
-  if (const std::string shortage = session::memory_shortage(scene, lights_kept(scene, arguments));
-      !shortage.empty())
-    throw Error(ExitCode::out_of_memory, shortage);
-  const int threads = ranks ? threads_of_rank(arguments, *ranks) : arguments.threads;
-  session::Device device = session::open_device(device_name, threads);
+  session.prepare(scene, lights_kept(scene, arguments));
 
   // From here on there are temporaries. What a checkpoint would lose is worth a while.
   session::catch_signals(arguments.checkpoint.empty() ? 0.6 : 5.0);
@@ -388,33 +373,25 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   if (!arguments.checkpoint.empty()) io::OutputFile(arguments.checkpoint);  // can it be written?
 
   go.give();
-  Traffic traffic;
-  std::unique_ptr<Backend> distributed;
-  if (ranks != nullptr) distributed = make_distributed_backend(*device.backend, *ranks, &traffic);
-
+  if (ranks != nullptr) session.distribute(*ranks);
   std::unique_ptr<Renderer> renderer;
   const auto write = [&](RenderResult& result) {
-    finish(result, file.warnings);
+    session.finish(result, file);
     if (arguments.denoises) io::denoise(result.picture);
-    const io::Run run{renderer->part(), result, arguments.scene, device.name, file.volumes};
-    session::say(io::report_lines(run));
+    const io::Run run = session.report(*renderer, result, file, arguments.scene);
     if (ranks) {
+      const Traffic& traffic = session.traffic();
       session::say(
           fmt::format("ranks    {}: {:.4g} MB told and added up in {:.3g} s, waiting included\n",
                       ranks->size(), static_cast<double>(traffic.bytes) / 1e6, traffic.seconds));
     }
     outputs.write(run);
   };
-  Watch watch(arguments, write);
-  if (ranks)
-    renderer = std::make_unique<Renderer>(scene, *distributed, watch.options(scene));
-  else
-    renderer = session::begin_render(scene, device, device_name, threads, watch.options(scene),
-                                     [&watch] { watch.clear(); });
+  session::RunControl& control = session.control();
+  Watch watch(arguments, control, write);
+  renderer = session.begin(scene, options_of(arguments, scene, control));
   take_up(arguments, *renderer);
-  const bool is_done = renderer->run();
-  session::end_patience();
-  watch.clear();
+  const bool is_done = session.run(*renderer, true);
   const int signal = session::caught_signal();
 
   bool has_checkpoint = !arguments.checkpoint.empty();
@@ -435,7 +412,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
     if (!lost.empty()) throw Error(ExitCode::output_failed, lost);
     return code;
   };
-  const std::string reason = signal != 0 ? "a signal" : watch.limit();
+  const std::string reason = signal != 0 ? "a signal" : control.limit();
   const std::string remedy =
       has_checkpoint ? fmt::format("; --checkpoint {} --resume goes on", arguments.checkpoint) : "";
   const ExitCode stopped = signal != 0 ? static_cast<ExitCode>(128 + signal) : ExitCode::limit;
@@ -452,7 +429,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
     return end(stopped);
   }
   RenderResult result = shows ? renderer->result() : renderer->preview(preview_seconds);
-  if (!is_done && signal == 0) result.limit = watch.limit();
+  if (!is_done && signal == 0) result.limit = control.limit();
   try {
     write(result);
   } catch (const Error& error) {
@@ -460,10 +437,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
     throw Error(error.code(), fmt::format("{}\n{}", error.what(), lost));
   }
   watch.show_last(*renderer, result);
-  if (arguments.print_hash) {
-    session::print(fmt::format("tallies {:016x} pixels {:016x}\n", result.hashes.tallies,
-                               result.hashes.pixels));
-  }
+  if (arguments.print_hash) print_hashes(result);
   if (is_done) {
     std::error_code error;
     if (has_checkpoint && !fs::remove(arguments.checkpoint, error) && error)

@@ -2,7 +2,6 @@
 /// What renders: the processor or a CUDA device.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 
@@ -30,12 +29,6 @@ struct Device {
 /// processor it is; empty: not tried yet
 /// \throws Error(device)
 Device open_device(const DeviceName& name, int threads, const std::string& why_not_automatic = {});
-
-/// A render on `device`; where that turns out to have too little memory, and `name` leaves the
-/// choice, on the processor. \param clear takes a bar off the terminal
-std::unique_ptr<Renderer> begin_render(const Scene& scene, Device& device, const DeviceName& name,
-                                       int threads, const RenderOptions& options,
-                                       const std::function<void()>& clear);
 
 int cuda_device_count();
 

@@ -4,15 +4,12 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cstdint>
-#include <memory>
 #include <string_view>
 
 #include <fmt/format.h>
 
 #include "session/console.h"
-#include "session/signals.h"
 
 namespace tyndall::session {
 namespace {
@@ -47,19 +44,6 @@ std::string outlook(const Progress& progress, double seconds) {
 }
 
 }  // namespace
-
-RenderOptions interruptible(ProgressMeter& meter) {
-  const auto ends_in_order = std::make_shared<std::atomic<bool>>(false);
-  RenderOptions options;
-  options.progress = [&meter, ends_in_order](const Progress& progress) {
-    *ends_in_order = std::string_view(progress.pass) != "bounds";
-    meter.show(progress);
-  };
-  options.stop = [ends_in_order] { return !*ends_in_order && caught_signal() != 0; };
-  options.pause = [] { return caught_signal() != 0; };
-  options.go_on = [](Renderer&, Moment) { return caught_signal() == 0; };
-  return options;
-}
 
 ProgressStyle progress_style(const std::string& name) {
   if (name == "bar") return ProgressStyle::bar;
