@@ -1,63 +1,61 @@
-#include "app/bake_command.h"
-
+// `tyndall bake`: shoots the photons of a scene and writes their light for other programs.
 #include <algorithm>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
-#include "app/console.h"
-#include "app/devices.h"
-#include "app/memory.h"
-#include "app/outputs.h"
-#include "app/progress.h"
-#include "app/signals.h"
+#include "app/command.h"
+#include "app/options.h"
 #include "io/bake_file.h"
 #include "io/output_file.h"
 #include "io/report.h"
 #include "io/scene_json.h"
+#include "session/refuse.h"
+#include "session/session.h"
 #include "tyndall/render/bake.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/prepare.h"
 
 namespace tyndall::app {
+namespace {
 
-ExitCode bake_command(const BakeArguments& arguments) {
+struct BakeArguments : SceneArguments, session::WorkArguments {
+  std::vector<std::string> outputs;
+  int order = 1;   ///< 0: without directions
+  int voxels = 0;  ///< of the density, along the longest side
+  bool per_light = false, half = false, multiple_only = false;
+};
+
+/// \return done, or 128 and the signal that ended it. \throws Error, Stopped
+ExitCode run(const BakeArguments& arguments) {
   const io::BakeOptions options{arguments.half, arguments.voxels, arguments.threads,
                                 arguments.multiple_only};
   std::vector<std::string> paths;  // and what lies beside
   for (const std::string& path : arguments.outputs) {
     io::require_bake(path, options);
-    for (const std::string& each : io::bake_paths(path)) {
-      if (std::find(paths.begin(), paths.end(), each) != paths.end())
-        throw Error(ExitCode::usage, fmt::format("{}: is asked for twice", each));
-      paths.push_back(each);
-    }
+    for (const std::string& each : io::bake_paths(path)) paths.push_back(each);
+    session::refuse_repeats(paths);
   }
-  const DeviceName device_name = parse_device(arguments.device);
+  session::Session session(arguments);
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
-  refuse_inputs(file.inputs, paths);
-  for (const std::string& warning : file.warnings) warn(warning);
+  session.accept(file, paths);
   const Scene scene =
       scene_to_bake(file.scene, arguments.order > 0, arguments.per_light, arguments.multiple_only);
-  if (const std::string shortage = memory_shortage(scene, most_replicates); !shortage.empty())
-    throw Error(ExitCode::out_of_memory, shortage);
-  Device device = open_device(device_name, arguments.threads);
-
-  catch_signals(5.0);
+  session.prepare(scene, most_replicates);
+  session::catch_signals(5.0);
   for (const std::string& path : paths) io::OutputFile{path};  // can they be written?
 
-  ProgressMeter meter(progress_style(arguments.progress));
-  RenderOptions render_options = interruptible(meter);
+  RenderOptions render_options = session.control().options();
   render_options.photons = IndexRange{0, scene.photons};
   render_options.measures_matter = true;
-  const std::unique_ptr<Renderer> renderer = begin_render(
-      scene, device, device_name, arguments.threads, render_options, [&meter] { meter.clear(); });
+  const std::unique_ptr<Renderer> renderer = session.begin(scene, render_options);
   for (const std::string& path : arguments.outputs)
     io::require_room(path, renderer->scene().cells.groups);
-  const bool is_done = renderer->run();
-  end_patience();
-  meter.clear();
-  const int signal = caught_signal();
+  const bool is_done = session.run(*renderer, true);
+  const int signal = session::caught_signal();
   const std::uint64_t shot = renderer->part().photons().count();
   if (shot == 0) {
     if (signal != 0) throw Stopped{};
@@ -68,10 +66,10 @@ ExitCode bake_command(const BakeArguments& arguments) {
 
   RenderResult result = renderer->result();
   result.is_complete = is_done;  // a bake has no samples
-  finish(result, file.warnings);
+  session.finish(result, file);
   const BakedLight light = bake(*renderer, scene);
   const io::Bake baked{arguments.scene, file, light, result.picture.provenance};
-  say(io::report_lines({renderer->part(), result, arguments.scene, device.name, file.volumes}));
+  session.report(*renderer, result, file, arguments.scene);
   // What can be written is: the light may have taken hours.
   std::string failures;
   for (const std::string& path : arguments.outputs) {
@@ -79,13 +77,13 @@ ExitCode bake_command(const BakeArguments& arguments) {
       // The file that was asked for comes last, once what it names is there.
       std::vector<std::string> warnings;
       std::vector<io::ConvertedFile> files = io::bake_files(baked, path, options, &warnings);
-      for (const std::string& warning : warnings) warn(warning);
+      for (const std::string& warning : warnings) session::warn(warning);
       std::rotate(files.begin(), files.begin() + 1, files.end());
       for (const io::ConvertedFile& part : files) {
         io::OutputFile output(part.path);
         output.write(part.bytes);
         output.commit();
-        say(fmt::format("written  {}\n", part.path));
+        session::say(fmt::format("written  {}\n", part.path));
       }
     } catch (const Error& error) {
       failures += (failures.empty() ? "" : "\n") + std::string(error.what());
@@ -93,9 +91,44 @@ ExitCode bake_command(const BakeArguments& arguments) {
   }
   if (!failures.empty()) throw Error(ExitCode::output_failed, failures);
   if (is_done) return ExitCode::done;
-  say(fmt::format("tyndall: stopped by a signal; what was written has {} of {} photons\n", shot,
-                  scene.photons));
+  session::say(fmt::format("tyndall: stopped by a signal; what was written has {} of {} photons\n",
+                           shot, scene.photons));
   return static_cast<ExitCode>(128 + signal);
 }
+
+Run add(CLI::App& command) {
+  const auto arguments = std::make_shared<BakeArguments>();
+  add_scene(command, *arguments);
+  command
+      .add_option("-o,--output", arguments->outputs,
+                  "File to write (" + io::known_bakes() + "); may be repeated")
+      ->required()
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  add_override(command, *arguments, "--photons", "photons.count", count(limits::photons),
+               "Photons to shoot");
+  add_override(command, *arguments, "-s,--seed", "seed", count(), "Seed of the random numbers");
+  command
+      .add_option("--order", arguments->order,
+                  "1: with the directions that light comes from; 0: without (1)")
+      ->type_name("N")
+      ->transform(count(1));
+  command.add_flag("--per-light", arguments->per_light, "Each light by itself");
+  command.add_flag("--multiple-only", arguments->multiple_only,
+                   "Without what lights scatter once, for programs that add it");
+  command.add_flag("--half", arguments->half, "Floats of 16 bits");
+  command
+      .add_option("--voxels", arguments->voxels,
+                  fmt::format("Of the density, along its longest side ({}; 128 in pages)",
+                              io::default_voxels))
+      ->type_name("N")
+      ->transform(count(io::most_voxels, io::least_voxels));
+  add_work(command, *arguments);
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace
+
+const Command bake_command{"bake", "Writes a scene's light for other programs", &add};
 
 }  // namespace tyndall::app

@@ -6,8 +6,8 @@
 
 #include <fmt/format.h>
 
-#include "app/console.h"
-#include "app/signals.h"
+#include "session/console.h"
+#include "session/signals.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/parallel.h"
 
@@ -17,7 +17,7 @@ namespace {
 int fail(std::string_view who, ExitCode code, std::string_view message) {
   // Messages about a scene start with the place in its file, for editors to jump to.
   const char* prefix = code == ExitCode::scene_invalid && who.empty() ? "" : "tyndall: ";
-  say(fmt::format("{}{}{}\n", prefix, who, message));
+  session::say(fmt::format("{}{}{}\n", prefix, who, message));
   return static_cast<int>(code);
 }
 
@@ -27,12 +27,12 @@ int tell_failure(std::string_view who) {
   try {
     throw;
   } catch (const Stopped&) {
-    say("tyndall: stopped by a signal; nothing was written\n");
-    return 128 + caught_signal();
+    session::say("tyndall: stopped by a signal; nothing was written\n");
+    return 128 + session::caught_signal();
   } catch (const Error& error) {
     // A call that a signal cut short fails too; the signal is the reason.
     const int code = fail(who, error.code(), error.what());
-    return is_cut_short() ? 128 + caught_signal() : code;
+    return session::is_cut_short() ? 128 + session::caught_signal() : code;
   } catch (const std::bad_alloc&) {
     return fail(who, ExitCode::out_of_memory,
                 "out of memory; lower camera.resolution or the resolutions of the grids");

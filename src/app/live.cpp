@@ -14,7 +14,7 @@
 
 #include <fmt/format.h>
 
-#include "app/console.h"
+#include "session/console.h"
 #include "tyndall/render/error.h"
 
 namespace tyndall::app {
@@ -137,8 +137,8 @@ void Display::run() {
     }
     is_there = is_there && send(packet_update_image(title_, picture));
     if (!is_there)
-      warn(fmt::format("--display {}:{}: {}; the render goes on without it", host_, port_,
-                       unknown_.empty() ? std::strerror(errno) : unknown_));
+      session::warn(fmt::format("--display {}:{}: {}; the render goes on without it", host_, port_,
+                                unknown_.empty() ? std::strerror(errno) : unknown_));
   }
 }
 

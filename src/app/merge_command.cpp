@@ -1,15 +1,21 @@
 #include "app/merge_command.h"
 
 #include <algorithm>
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <CLI/CLI.hpp>
 
-#include "app/console.h"
-#include "app/memory.h"
+#include "app/command.h"
+#include "app/options.h"
 #include "app/outputs.h"
-#include "app/signals.h"
+#include "session/console.h"
+#include "session/memory.h"
+#include "session/refuse.h"
+#include "session/signals.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
 #if TYNDALL_ZSTD
@@ -44,36 +50,44 @@ void refuse_gaps(const Partial& part, const std::string& name, bool allowed, Nee
                         cut.text());
     throw Error(ExitCode::input_missing, problem + remedy);
   }
-  warn(problem);
+  session::warn(problem);
 }
 
-#if TYNDALL_ZSTD
 namespace {
 
+struct MergeArguments {
+  std::vector<std::string> parts;
+  std::vector<std::string> outputs;  ///< parts (.tyn) or pictures
+  bool allow_gaps = false;
+  bool print_hash = false;
+};
+
+#if TYNDALL_ZSTD
 void add_to(Partial& sum, const std::string& name, const std::string& path) {
-  Partial part = io::read_part(path, available_memory());
+  Partial part = io::read_part(path, session::available_memory());
   if (const Ranges twice = shot_twice(sum, part); !twice.empty()) {
     throw Error(ExitCode::input_missing,
                 fmt::format("{}: cannot be merged with {}: both have photons {}", path, name,
                             twice.text()));
   }
   if (part.frame.exposure != sum.frame.exposure) {
-    warn(fmt::format("{}: preview.exposure is {} there, {} in {}; previews have the larger one",
-                     path, part.frame.exposure, sum.frame.exposure, name));
+    session::warn(
+        fmt::format("{}: preview.exposure is {} there, {} in {}; previews have the larger one",
+                    path, part.frame.exposure, sum.frame.exposure, name));
   }
   merge(sum, name, std::move(part), path);
 }
 
 /// \return the sum of all parts. \throws Error that names the two files that do not go together
 Partial sum_of(const std::vector<std::string>& paths) {
-  Partial sum = io::read_part(paths[0], available_memory());
+  Partial sum = io::read_part(paths[0], session::available_memory());
   for (std::size_t i = 1; i < paths.size(); ++i) {
     try {
       add_to(sum, "the parts before it", paths[i]);
     } catch (const Error&) {
       sum = {};
       for (std::size_t k = 0; k < i; ++k) {  // which of those?
-        Partial other = io::read_part(paths[k], available_memory());
+        Partial other = io::read_part(paths[k], session::available_memory());
         add_to(other, paths[k], paths[i]);
       }
       throw;
@@ -81,18 +95,16 @@ Partial sum_of(const std::vector<std::string>& paths) {
   }
   return sum;
 }
-
-}  // namespace
 #endif
 
-void merge_command(const MergeArguments& arguments) {
+ExitCode run(const MergeArguments& arguments) {
 #if TYNDALL_ZSTD
   Outputs outputs;
   for (const std::string& path : arguments.outputs) outputs.add(path);
-  outputs.refuse_repeats();
-  refuse_inputs(arguments.parts, outputs.paths(), "one of the parts", "one of the parts");
-  catch_signals();
-  leave_on_signal();
+  session::refuse_inputs(arguments.parts, outputs.distinct_paths(), "one of the parts",
+                         "one of the parts");
+  session::catch_signals();
+  session::leave_on_signal();
   outputs.open();
   const Partial sum = sum_of(arguments.parts);
   const std::size_t others = arguments.parts.size() - 1;
@@ -118,17 +130,37 @@ void merge_command(const MergeArguments& arguments) {
   }
   RenderResult result = develop(sum);
   result.picture.provenance = io::provenance(result);
-  for (const std::string& warning : result.warnings) warn(warning);
-  say(fmt::format("merged   {} parts: photons {}, samples {}\n", arguments.parts.size(),
-                  result.photons.text(), result.samples.text()));
+  for (const std::string& warning : result.warnings) session::warn(warning);
+  session::say(fmt::format("merged   {} parts: photons {}, samples {}\n", arguments.parts.size(),
+                           result.photons.text(), result.samples.text()));
   outputs.write({sum, result, name, "merged", {}});
-  if (arguments.print_hash)
-    print(fmt::format("tallies {:016x} pixels {:016x}\n", result.hashes.tallies,
-                      result.hashes.pixels));
+  if (arguments.print_hash) print_hashes(result);
+  return ExitCode::done;
 #else
   static_cast<void>(arguments);
   throw Error(ExitCode::usage, "this build merges no parts (TYNDALL_ZSTD is off)");
 #endif
 }
+
+Run add(CLI::App& command) {
+  const auto arguments = std::make_shared<MergeArguments>();
+  command.add_option("PART", arguments->parts, "Parts (.tyn), in any order")
+      ->required()
+      ->type_name("");
+  command
+      .add_option("-o,--output", arguments->outputs,
+                  "Part or picture to write (" + known_formats() + "); may be repeated")
+      ->required()
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  command.add_flag("--allow-gaps", arguments->allow_gaps, "Makes a picture of what is there");
+  command.add_flag("--print-hash", arguments->print_hash,
+                   "Prints the hashes of tallies and pixels");
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace
+
+const Command merge_command{"merge", "Adds up parts of a render, exactly", &add};
 
 }  // namespace tyndall::app

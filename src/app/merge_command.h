@@ -1,23 +1,12 @@
 /// \file
-/// `tyndall merge`: adds up parts of a render.
+/// Parts of a render that lack photons or samples.
 #pragma once
 
 #include <string>
-#include <vector>
 
 #include "tyndall/render/part.h"
 
 namespace tyndall::app {
-
-struct MergeArguments {
-  std::vector<std::string> parts;
-  std::vector<std::string> outputs;  ///< parts (.tyn) or pictures
-  bool allow_gaps = false;
-  bool print_hash = false;
-};
-
-/// \throws Error.
-void merge_command(const MergeArguments& arguments);
 
 enum class Needs { photons, all };
 

@@ -9,9 +9,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "app/console.h"
 #include "io/detectors.h"
 #include "io/pfm.h"
+#include "session/console.h"
+#include "session/refuse.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #if TYNDALL_OPENEXR
@@ -29,7 +30,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void usage_error(const std::string& message) { throw Error(ExitCode::usage, message); }
+using session::usage_error;
 
 struct Format {
   const char* extension;
@@ -101,24 +102,12 @@ void Outputs::add_reports(const std::string& report, const std::string& detector
         [](const io::Run& run, io::OutputFile& file) { file.write(io::detectors_json(run)); });
 }
 
-void Outputs::refuse_repeats(const std::vector<std::string>& others) const {
-  std::vector<std::string> all = paths();
-  for (const std::string& path : others)
-    if (!path.empty()) all.push_back(path);
-  std::vector<fs::path> places;
-  for (const std::string& path : all) {
-    std::error_code error;
-    const fs::path from_root = fs::absolute(path, error);
-    fs::path place = error ? fs::path() : fs::weakly_canonical(from_root, error);
-    if (!error && std::find(places.begin(), places.end(), place) != places.end())
-      usage_error(fmt::format("{}: is asked for twice", path));
-    places.push_back(std::move(place));
-  }
-}
-
-std::vector<std::string> Outputs::paths() const {
+std::vector<std::string> Outputs::distinct_paths(const std::vector<std::string>& others) const {
   std::vector<std::string> paths;
   for (const Output& output : outputs_) paths.push_back(output.path);
+  for (const std::string& path : others)
+    if (!path.empty()) paths.push_back(path);
+  session::refuse_repeats(paths);
   return paths;
 }
 
@@ -134,7 +123,7 @@ void Outputs::write(const io::Run& run, bool says) {
       if (!output.file || !output.file->is_there()) output.file.emplace(output.path);
       output.writer(run, *output.file);
       output.file->commit();
-      if (says) say(fmt::format("written  {}\n", output.path));
+      if (says) session::say(fmt::format("written  {}\n", output.path));
     } catch (const Error& error) {
       failures += (failures.empty() ? "" : "\n") + std::string(error.what());
     }
@@ -164,23 +153,12 @@ void require_detectors(const Scene& scene, const std::string& detectors) {
                           detectors));
   }
   if (detects(scene) && detectors.empty())
-    warn("the scene's detectors are written nowhere: add --detectors FILE");
+    session::warn("the scene's detectors are written nowhere: add --detectors FILE");
 }
 
-void finish(RenderResult& result, const std::vector<std::string>& said) {
-  result.picture.provenance = io::provenance(result);
-  for (const std::string& warning : io::unsaid_warnings(result, said)) warn(warning);
-}
-
-void refuse_inputs(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs,
-                   const char* first, const char* others) {
-  for (const std::string& path : outputs) {
-    for (const std::string& input : inputs) {
-      std::error_code error;
-      if (!fs::equivalent(input, path, error)) continue;
-      usage_error(fmt::format("{}: is {}", path, input == inputs.front() ? first : others));
-    }
-  }
+void print_hashes(const RenderResult& result, const std::string& prefix) {
+  session::print(fmt::format("{}tallies {:016x} pixels {:016x}\n", prefix, result.hashes.tallies,
+                             result.hashes.pixels));
 }
 
 }  // namespace tyndall::app

@@ -21,10 +21,9 @@ class Outputs {
   void add(const std::string& path, Writer writer);
   /// The account of the run, and what the detectors counted; empty: none.
   void add_reports(const std::string& report, const std::string& detectors);
-  /// No output may replace another, nor what else is written (empty: nothing). \throws Error(usage)
-  void refuse_repeats(const std::vector<std::string>& others = {}) const;
-  /// \return their names.
-  std::vector<std::string> paths() const;
+  /// \return their names, and those of what else is written (empty: nothing). \throws Error(usage)
+  /// where one would replace another
+  std::vector<std::string> distinct_paths(const std::vector<std::string>& others = {}) const;
   /// Finds out whether all of them can be written. \throws Error(output_failed)
   void open();
   /// Writes every output that can be written, and fails afterwards where one could not: the others
@@ -52,14 +51,7 @@ bool is_part(const std::string& path);
 /// \param detectors file; empty: none \throws Error(usage)
 void require_detectors(const Scene& scene, const std::string& detectors);
 
-/// Says the warnings of a result, but for those that were said of its scene, and gives its picture
-/// the header.
-void finish(RenderResult& result, const std::vector<std::string>& said);
-
-/// No output may replace what the scene is made of. \throws Error(usage)
-/// \param first, others what the inputs are
-void refuse_inputs(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs,
-                   const char* first = "the scene itself",
-                   const char* others = "read by the scene");
+/// Prints the hashes of a result on a line that begins with `prefix`. \throws Error(output_failed)
+void print_hashes(const RenderResult& result, const std::string& prefix = "");
 
 }  // namespace tyndall::app

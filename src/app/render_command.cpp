@@ -1,11 +1,11 @@
-#include "app/render_command.h"
-
+// `tyndall render`: reads a scene, renders it, writes what was asked for.
 #include <sched.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
+#include <cmath>
+#include <cstdlib>
 #include <filesystem>
 #include <functional>
 #include <limits>
@@ -16,22 +16,25 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <CLI/CLI.hpp>
 
-#include "app/console.h"
-#include "app/devices.h"
+#include "app/command.h"
 #include "app/failure.h"
+#include "app/frames.h"
 #include "app/live.h"
-#include "app/memory.h"
 #include "app/merge_command.h"
+#include "app/options.h"
 #include "app/outputs.h"
-#include "app/progress.h"
 #include "app/ranks.h"
-#include "app/signals.h"
+#include "app/render_arguments.h"
 #include "io/denoise.h"
 #include "io/detectors.h"
 #include "io/output_file.h"
 #include "io/report.h"
 #include "io/scene_json.h"
+#include "session/memory.h"
+#include "session/refuse.h"
+#include "session/session.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
@@ -45,7 +48,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void usage_error(const std::string& message) { throw Error(ExitCode::usage, message); }
+using session::usage_error;
 
 constexpr double preview_seconds = 5;
 
@@ -88,9 +91,9 @@ int lights_at_once(const Scene& scene, const RenderArguments& arguments) {
   if (!is_limited || (arguments.photons && !arguments.samples)) return 1;
   if (scene.integrator == scene::Integrator::path) return most_replicates;
   int lights = most_replicates;
-  while (lights > 1 && !memory_shortage(scene, lights).empty()) --lights;
+  while (lights > 1 && !session::memory_shortage(scene, lights).empty()) --lights;
   if (lights == 1) {
-    warn(
+    session::warn(
         "the light of two replicates does not fit into memory: they are done one after the other, "
         "and a limit ends the render late; lower photons.illumination.resolution");
   }
@@ -99,29 +102,18 @@ int lights_at_once(const Scene& scene, const RenderArguments& arguments) {
 
 // ---- One run. ----
 
-/// What is asked of a render while it runs: to be stopped, looked at, written down.
+/// Who looks at a render while it runs: a viewer, a preview, a checkpoint, SIGUSR1.
 class Watch {
  public:
-  Watch(const RenderArguments& arguments, const std::function<void(RenderResult&)>& show)
-      : arguments_(arguments), show_(show), meter_(progress_style(arguments.progress)) {
+  /// \param control must outlive the watch
+  Watch(const RenderArguments& arguments, session::RunControl& control,
+        const std::function<void(RenderResult&)>& show)
+      : arguments_(arguments), control_(control), show_(show) {
     if (!arguments.display.empty())
       display_.emplace(arguments.display, fs::path(arguments.scene).filename().string());
-  }
-
-  RenderOptions options(const Scene& scene) {
-    RenderOptions options = interruptible(meter_);
-    options.batch = arguments_.batch;
-    options.photons = arguments_.photons;
-    options.samples = arguments_.samples;
-    if (!arguments_.illumination.empty()) {
-      options.photons = {0, 0};
-      if (!options.samples) options.samples = {0, std::numeric_limits<std::uint64_t>::max()};
-    }
-    options.allow_gaps = arguments_.allow_gaps;
-    options.time_limit = arguments_.time_limit;
-    options.most_lights = lights_at_once(scene, arguments_);
-    options.go_on = [this](Renderer& renderer, Moment moment) { return go_on(renderer, moment); };
-    return options;
+    control.time_limit = arguments.time_limit;
+    control.noise = arguments.noise;
+    control.look = [this](Renderer& renderer) { look(renderer); };
   }
 
   void write_checkpoint(Renderer& renderer) {
@@ -135,14 +127,6 @@ class Watch {
     written_ = Clock::now();
   }
 
-  void clear() { meter_.clear(); }
-
-  /// \return which limit has ended a render that is not done.
-  std::string limit() const {
-    return is_quiet_ ? fmt::format("--noise {}", arguments_.noise)
-                     : fmt::format("--time-limit {}s", arguments_.time_limit);
-  }
-
   /// To those who look on: the picture that was written.
   void show_last(Renderer& renderer, const RenderResult& result) {
     if (!renderer.has_picture() && !result.is_preview) return;  // photons alone
@@ -153,40 +137,32 @@ class Watch {
  private:
   using Clock = std::chrono::steady_clock;
 
-  bool go_on(Renderer& renderer, Moment moment) {
-    if (caught_signal() != 0) return false;
+  void look(Renderer& renderer) {
     const bool can_show = renderer.has_picture() || renderer.has_preview();
-    if (can_show && take_request_for_picture()) {
-      meter_.clear();
+    if (can_show && session::take_request_for_picture()) {
+      control_.clear();
       try {
         RenderResult result =
             renderer.has_picture() ? renderer.result() : renderer.preview(preview_seconds);
         show_(result);
       } catch (const Error& error) {
-        warn(error.what());  // the work is not lost by it
+        session::warn(error.what());  // the work is not lost by it
       }
     }
-    if (renderer.has_picture()) look(renderer);
-    if (moment == Moment::round && arguments_.noise > 0
-        && is_noise_below(renderer.part(), arguments_.noise)) {
-      is_quiet_ = true;
-      return false;
-    }
+    if (renderer.has_picture()) show_now_and_then(renderer);
     const double age = std::chrono::duration<double>(Clock::now() - written_).count();
-    if (!arguments_.checkpoint.empty() && age >= arguments_.checkpoint_every) {
-      try {
-        write_checkpoint(renderer);
-      } catch (const Error& error) {
-        meter_.clear();
-        warn(fmt::format("{} (the render goes on, and tries again later)", error.what()));
-        written_ = Clock::now();
-      }
+    if (arguments_.checkpoint.empty() || age < arguments_.checkpoint_every) return;
+    try {
+      write_checkpoint(renderer);
+    } catch (const Error& error) {
+      control_.clear();
+      session::warn(fmt::format("{} (the render goes on, and tries again later)", error.what()));
+      written_ = Clock::now();
     }
-    return true;
   }
 
   /// Shows and writes what is there now and then. It may take a twentieth of the time.
-  void look(Renderer& renderer) {
+  void show_now_and_then(Renderer& renderer) {
     if (!display_ && arguments_.preview.empty()) return;
     const auto start = Clock::now();
     const bool displays = display_ && start >= display_next_;
@@ -212,40 +188,56 @@ class Watch {
       outputs.open();
       outputs.write({renderer.part(), result, arguments_.scene, "", {}}, false);
     } catch (const Error& error) {
-      meter_.clear();
-      warn(fmt::format("{} (the render goes on)", error.what()));
+      control_.clear();
+      session::warn(fmt::format("{} (the render goes on)", error.what()));
     }
   }
 
   const RenderArguments& arguments_;
+  session::RunControl& control_;
   const std::function<void(RenderResult&)> show_;
   std::optional<Display> display_;
   std::chrono::steady_clock::time_point display_next_{}, preview_next_{};
-  ProgressMeter meter_;
   Clock::time_point written_ = Clock::now();
-  bool is_quiet_ = false;  // --noise has ended it
 };
+
+/// \return what of the scene is rendered, under `control`.
+RenderOptions options_of(const RenderArguments& arguments, const Scene& scene,
+                         session::RunControl& control) {
+  RenderOptions options = control.options();
+  options.batch = arguments.batch;
+  options.photons = arguments.photons;
+  options.samples = arguments.samples;
+  if (!arguments.illumination.empty()) {
+    options.photons = {0, 0};
+    if (!options.samples) options.samples = {0, std::numeric_limits<std::uint64_t>::max()};
+  }
+  options.allow_gaps = arguments.allow_gaps;
+  options.most_lights = lights_at_once(scene, arguments);
+  return options;
+}
 
 /// Takes up what --resume and --illumination name.
 void take_up(const RenderArguments& arguments, Renderer& renderer) {
 #if TYNDALL_ZSTD
   if (!arguments.illumination.empty()) {
-    Partial light = io::read_part(arguments.illumination, available_memory());
+    Partial light = io::read_part(arguments.illumination, session::available_memory());
     refuse_gaps(light, arguments.illumination, arguments.allow_gaps, Needs::photons);
     renderer.resume(std::move(light), arguments.illumination);
   }
   if (!arguments.resume) return;
   if (std::error_code error; !fs::exists(arguments.checkpoint, error)) {
-    say(fmt::format("resume   {} is not there yet: begins anew\n", arguments.checkpoint));
+    session::say(fmt::format("resume   {} is not there yet: begins anew\n", arguments.checkpoint));
     return;
   }
-  renderer.resume(io::read_part(arguments.checkpoint, available_memory()), arguments.checkpoint);
+  renderer.resume(io::read_part(arguments.checkpoint, session::available_memory()),
+                  arguments.checkpoint);
   const Partial& part = renderer.part();
   std::uint64_t photons = 0;
   for (const Replicate& r : part.replicates) photons += r.photons.count();
-  say(fmt::format("resume   {}: {} of {} photons, {} of {} samples are done\n",
-                  arguments.checkpoint, photons, part.frame.photons, part.samples().count(),
-                  part.frame.samples));
+  session::say(fmt::format("resume   {}: {} of {} photons, {} of {} samples are done\n",
+                           arguments.checkpoint, photons, part.frame.photons,
+                           part.samples().count(), part.frame.samples));
 #else
   static_cast<void>(arguments), static_cast<void>(renderer);
 #endif
@@ -321,29 +313,35 @@ int threads_of_rank(const RenderArguments& arguments, const Communicator& ranks)
 }
 
 /// Ranks on one machine share its CUDA devices.
-DeviceName device_of_rank(const RenderArguments& arguments, const Communicator& ranks) {
-  DeviceName device = parse_device(arguments.device);
-  if (device.kind == DeviceName::Kind::automatic && cuda_device_count() > 0)
-    device.kind = DeviceName::Kind::cuda;
-  if (device.kind == DeviceName::Kind::cuda && device.index == DeviceName::all)
-    device.index = ranks.local_rank() % std::max(1, cuda_device_count());
+session::DeviceName device_of_rank(const RenderArguments& arguments, const Communicator& ranks) {
+  session::DeviceName device = session::parse_device(arguments.device);
+  if (device.kind == session::DeviceName::Kind::automatic && session::cuda_device_count() > 0)
+    device.kind = session::DeviceName::Kind::cuda;
+  if (device.kind == session::DeviceName::Kind::cuda && device.index == session::DeviceName::all)
+    device.index = ranks.local_rank() % std::max(1, session::cuda_device_count());
   return device;
+}
+
+session::Session session_of(const RenderArguments& arguments, const Communicator* ranks) {
+  if (ranks == nullptr) return session::Session(arguments);
+  return session::Session(device_of_rank(arguments, *ranks), threads_of_rank(arguments, *ranks),
+                          arguments.progress);
 }
 
 /// Works for rank 0 until it needs no more.
 ExitCode help(const RenderArguments& arguments, Communicator& ranks) {
-  ignore_signals();  // rank 0 stops the work
+  session::ignore_signals();  // rank 0 stops the work
   if (!Go::ask(ranks)) return ExitCode::done;
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
-  const Device device =
-      open_device(device_of_rank(arguments, ranks), threads_of_rank(arguments, ranks));
+  const session::Device device =
+      session::open_device(device_of_rank(arguments, ranks), threads_of_rank(arguments, ranks));
   serve(file.scene, *device.backend, ranks);
   return ExitCode::done;
 }
 
 /// \param ranks null: this process alone
 ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go& go) {
-  expect_requests();
+  session::expect_requests();
   // Whatever can be wrong comes to light before the work begins: first the command line, then the
   // scene, then the machine.
   Outputs outputs;
@@ -351,10 +349,10 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   if (pictures.empty()) pictures.push_back(default_output(arguments.scene));
   for (const std::string& path : pictures) outputs.add(path);
   require_sense(arguments, pictures);
-  const DeviceName device_name =
-      ranks ? device_of_rank(arguments, *ranks) : parse_device(arguments.device);
+  session::Session session = session_of(arguments, ranks);
   outputs.add_reports(arguments.report, arguments.detectors);
-  outputs.refuse_repeats({arguments.checkpoint, arguments.preview});
+  const std::vector<std::string> written =
+      outputs.distinct_paths({arguments.checkpoint, arguments.preview});
   if (!arguments.preview.empty()) {
     if (is_part(arguments.preview)) usage_error("--preview: a picture, not a part");
     Outputs().add(arguments.preview);  // of a format that this build writes
@@ -362,53 +360,39 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
 
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
   const Scene& scene = file.scene;
-  std::vector<std::string> inputs = file.inputs, written = outputs.paths();
-  if (!arguments.illumination.empty()) inputs.push_back(arguments.illumination);
-  if (!arguments.checkpoint.empty()) written.push_back(arguments.checkpoint);
-  if (!arguments.preview.empty()) written.push_back(arguments.preview);
-  refuse_inputs(inputs, written);
-  for (const std::string& warning : file.warnings) warn(warning);
+  std::vector<std::string> more_inputs;
+  if (!arguments.illumination.empty()) more_inputs.push_back(arguments.illumination);
+  session.accept(file, written, more_inputs);
   require_detectors(scene, arguments.detectors);
   refuse_ranges_beyond(scene, arguments);
-  if (const std::string shortage = memory_shortage(scene, lights_kept(scene, arguments));
-      !shortage.empty())
-    throw Error(ExitCode::out_of_memory, shortage);
-  const int threads = ranks ? threads_of_rank(arguments, *ranks) : arguments.threads;
-  Device device = open_device(device_name, threads);
+  session.prepare(scene, lights_kept(scene, arguments));
 
   // From here on there are temporaries. What a checkpoint would lose is worth a while.
-  catch_signals(arguments.checkpoint.empty() ? 0.6 : 5.0);
+  session::catch_signals(arguments.checkpoint.empty() ? 0.6 : 5.0);
   outputs.open();
   if (!arguments.checkpoint.empty()) io::OutputFile(arguments.checkpoint);  // can it be written?
 
   go.give();
-  Traffic traffic;
-  std::unique_ptr<Backend> distributed;
-  if (ranks != nullptr) distributed = make_distributed_backend(*device.backend, *ranks, &traffic);
-
+  if (ranks != nullptr) session.distribute(*ranks);
   std::unique_ptr<Renderer> renderer;
   const auto write = [&](RenderResult& result) {
-    finish(result, file.warnings);
+    session.finish(result, file);
     if (arguments.denoises) io::denoise(result.picture);
-    const io::Run run{renderer->part(), result, arguments.scene, device.name, file.volumes};
-    say(io::report_lines(run));
+    const io::Run run = session.report(*renderer, result, file, arguments.scene);
     if (ranks) {
-      say(fmt::format("ranks    {}: {:.4g} MB told and added up in {:.3g} s, waiting included\n",
+      const Traffic& traffic = session.traffic();
+      session::say(
+          fmt::format("ranks    {}: {:.4g} MB told and added up in {:.3g} s, waiting included\n",
                       ranks->size(), static_cast<double>(traffic.bytes) / 1e6, traffic.seconds));
     }
     outputs.write(run);
   };
-  Watch watch(arguments, write);
-  if (ranks)
-    renderer = std::make_unique<Renderer>(scene, *distributed, watch.options(scene));
-  else
-    renderer = begin_render(scene, device, device_name, threads, watch.options(scene),
-                            [&watch] { watch.clear(); });
+  session::RunControl& control = session.control();
+  Watch watch(arguments, control, write);
+  renderer = session.begin(scene, options_of(arguments, scene, control));
   take_up(arguments, *renderer);
-  const bool is_done = renderer->run();
-  end_patience();
-  watch.clear();
-  const int signal = caught_signal();
+  const bool is_done = session.run(*renderer, true);
+  const int signal = session::caught_signal();
 
   bool has_checkpoint = !arguments.checkpoint.empty();
   std::string lost;      // why the checkpoint of a stop could not be written: the picture is, first
@@ -417,7 +401,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
       watch.write_checkpoint(*renderer);
     } catch (const Error& error) {
       if (is_done) {
-        warn(error.what());
+        session::warn(error.what());
       } else {
         lost = error.what();
       }
@@ -428,7 +412,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
     if (!lost.empty()) throw Error(ExitCode::output_failed, lost);
     return code;
   };
-  const std::string reason = signal != 0 ? "a signal" : watch.limit();
+  const std::string reason = signal != 0 ? "a signal" : control.limit();
   const std::string remedy =
       has_checkpoint ? fmt::format("; --checkpoint {} --resume goes on", arguments.checkpoint) : "";
   const ExitCode stopped = signal != 0 ? static_cast<ExitCode>(128 + signal) : ExitCode::limit;
@@ -440,12 +424,12 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   const bool shows = renderer->has_picture() || renderer->shoots_only();
   if (!is_done && !shows && signal != 0 && arguments.checkpoint.empty()) throw Stopped{};
   if (!is_done && !shows && !renderer->has_preview()) {
-    say(fmt::format("tyndall: stopped by {} before there was anything to see: no picture{}\n",
-                    reason, remedy));
+    session::say(fmt::format(
+        "tyndall: stopped by {} before there was anything to see: no picture{}\n", reason, remedy));
     return end(stopped);
   }
   RenderResult result = shows ? renderer->result() : renderer->preview(preview_seconds);
-  if (!is_done && signal == 0) result.limit = watch.limit();
+  if (!is_done && signal == 0) result.limit = control.limit();
   try {
     write(result);
   } catch (const Error& error) {
@@ -453,26 +437,28 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
     throw Error(error.code(), fmt::format("{}\n{}", error.what(), lost));
   }
   watch.show_last(*renderer, result);
-  if (arguments.print_hash) {
-    print(fmt::format("tallies {:016x} pixels {:016x}\n", result.hashes.tallies,
-                      result.hashes.pixels));
-  }
+  if (arguments.print_hash) print_hashes(result);
   if (is_done) {
     std::error_code error;
     if (has_checkpoint && !fs::remove(arguments.checkpoint, error) && error)
-      warn(fmt::format("{}: cannot be removed: {}", arguments.checkpoint, error.message()));
+      session::warn(
+          fmt::format("{}: cannot be removed: {}", arguments.checkpoint, error.message()));
     return ExitCode::done;
   }
-  say(fmt::format("tyndall: stopped by {}; {} photons {} of {} and samples {} of {}{}\n", reason,
+  session::say(
+      fmt::format("tyndall: stopped by {}; {} photons {} of {} and samples {} of {}{}\n", reason,
                   result.is_preview ? "the picture is a preview of" : "what was written has",
                   result.photons.text(), result.frame.photons, result.samples.text(),
                   result.frame.samples, remedy));
   return end(code_of(result));
 }
 
-}  // namespace
-
-ExitCode render_command(const RenderArguments& arguments) {
+/// \return done, limit, or 128 and the signal. \throws Error, Stopped where nothing was written.
+ExitCode run(const RenderArguments& arguments) {
+  if (arguments.turntable != 0 && !arguments.frames) usage_error("--turntable: wants --frames A:B");
+  if (arguments.frames && is_rank())
+    usage_error("--frames: not under mpirun; give each machine frames of its own");
+  if (arguments.frames) return render_frames(arguments);
   const std::unique_ptr<Communicator> ranks = join_ranks();
   Go go(ranks && ranks->rank() == 0 ? ranks.get() : nullptr);
   if (!ranks) return render_scene(arguments, nullptr, go);
@@ -487,5 +473,93 @@ ExitCode render_command(const RenderArguments& arguments) {
     throw;
   }
 }
+
+Run add(CLI::App& command) {
+  const auto arguments = std::make_shared<RenderArguments>();
+  add_scene(command, *arguments);
+  command
+      .add_option("-o,--output", arguments->outputs,
+                   "Picture to write (" + known_formats() + "); may be repeated; SCENE's name "
+                   "in the current folder if not given")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  add_override(command, *arguments, "--photons", "photons.count", count(limits::photons),
+               "Photons to shoot");
+  add_override(command, *arguments, "--samples", "gather.samples", count(limits::samples),
+               "Samples per pixel");
+  add_override(command, *arguments, "-s,--seed", "seed", count(), "Seed of the random numbers");
+  add_work(command, *arguments);
+  command
+      .add_option("--batch", arguments->batch, "Photons or samples at a time; changes no result")
+      ->type_name("N")
+      ->transform(count());
+  command.add_option("--report", arguments->report, "Writes the account of the run as JSON")
+      ->type_name("FILE");
+  command
+      .add_option("--detectors", arguments->detectors,
+                  "Writes what the scene's detectors counted as JSON")
+      ->type_name("FILE");
+  command.add_flag("--print-hash", arguments->print_hash,
+                   "Prints the hashes of tallies and pixels, equal on every machine");
+
+  command
+      .add_option("--checkpoint", arguments->checkpoint,
+                  "Keeps what is done in FILE while the render runs")
+      ->type_name("FILE");
+  command.add_option("--checkpoint-every", arguments->checkpoint_every, "How often (60s)")
+      ->type_name("TIME")
+      ->transform(duration(true));
+  command.add_flag("--resume", arguments->resume, "Goes on from the checkpoint, where it is there");
+  command
+      .add_option("--time-limit", arguments->time_limit,
+                  "Ends the render after 90s, 5m or 1h with the picture so far")
+      ->type_name("TIME")
+      ->transform(duration(false));
+  command
+      .add_option("--noise", arguments->noise,
+                  "Ends it where the relative error by noise is below X, such as 0.01")
+      ->type_name("X")
+      ->check(share());
+  add_range(command, arguments->samples, "--sample-range",
+            "These samples alone, of the whole picture");
+  add_range(command, arguments->photons, "--photon-range", "These photons alone; with -o FILE.tyn");
+  command
+      .add_option("--illumination", arguments->illumination,
+                  "Gathers from the light of this part and shoots nothing")
+      ->type_name("FILE");
+  command.add_flag("--allow-gaps", arguments->allow_gaps, "... even if photons are missing in it");
+  command.add_flag("--denoise", arguments->denoises,
+                   "Takes the noise out of the pictures, with Open Image Denoise");
+
+  command
+      .add_option("--display", arguments->display,
+                  "Shows the picture while it is made in the viewer tev")
+      ->type_name("HOST:PORT");
+  CLI::Option* const preview =
+      command
+          .add_option("--preview", arguments->preview,
+                      "Writes the picture while it is made, again and again")
+          ->type_name("FILE");
+  command.add_option("--every", arguments->preview_every, "How often (5s)")
+      ->type_name("TIME")
+      ->needs(preview)  // by name, CLI11 would not survive a lack of memory
+      ->transform(duration(false));
+  add_frames(command, arguments->frames,
+             "A sequence: ## in names, {frame} and {t} in the scene and -D are each frame's");
+  command
+      .add_option("--turntable", arguments->turntable,
+                  "The camera turns by so many degrees about what it looks at")
+      ->type_name("DEGREES")
+      ->check([](const std::string& text) -> std::string {
+        char* end = nullptr;
+        const double degrees = std::strtod(text.c_str(), &end);
+        return *end == '\0' && std::isfinite(degrees) ? "" : "expected degrees, got '" + text + "'";
+      });
+  return [arguments] { return run(*arguments); };
+}
+
+}  // namespace
+
+const Command render_command{"render", "Renders a scene", &add, true};
 
 }  // namespace tyndall::app

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <memory>
@@ -17,10 +18,9 @@
 
 #include <fmt/format.h>
 
-#include "app/devices.h"
-#include "app/memory.h"
-#include "io/report.h"
 #include "io/scene_json.h"
+#include "session/devices.h"
+#include "session/session.h"
 #include "tyndall/render/bake.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
@@ -33,33 +33,38 @@ namespace py = pybind11;
 /// (pass, share of it that is done); false stops the work.
 using Callback = std::function<bool(const std::string&, double)>;
 
-/// Tells the callback now and then, and looks for Ctrl-C. Called without the interpreter's lock.
-class Watch {
+/// A run that calls back now and then, and that Ctrl-C ends. Used without the interpreter's lock.
+class Watched {
  public:
-  explicit Watch(Callback callback) : callback_(std::move(callback)) {}
-
-  RenderOptions options() {
-    RenderOptions options;
-    options.progress = [this](const Progress& progress) {
-      const auto now = std::chrono::steady_clock::now();
-      const bool is_end = progress.done == progress.total;
-      if (!is_end && now - last_ < std::chrono::milliseconds(100)) return;
-      last_ = now;
-      const py::gil_scoped_acquire lock;
-      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-      const double share = progress.total > 0 ? static_cast<double>(progress.done)
-                                                    / static_cast<double>(progress.total)
-                                              : 1.0;
-      if (callback_ && !callback_(progress.pass, share)) is_stopped_ = true;
-    };
-    options.stop = [this] { return is_stopped_; };
-    return options;
+  Watched(const std::string& device, int threads, Callback callback)
+      : session({threads, device, "none"}), callback_(std::move(callback)) {
+    session.on_warning = [this](const std::string& warning) { warnings.push_back(warning); };
+    session::RunControl& control = session.control();
+    control.show = [this](const Progress& progress) { show(progress); };
+    control.is_interrupted = [this] { return is_stopped_.load(); };
+    control.keeps_result = false;
   }
 
+  session::Session session;
+  std::vector<std::string> warnings;  ///< what the command line would say
+
  private:
+  void show(const Progress& progress) {
+    const auto now = std::chrono::steady_clock::now();
+    const bool is_end = progress.done == progress.total;
+    if (!is_end && now - last_ < std::chrono::milliseconds(100)) return;
+    last_ = now;
+    const py::gil_scoped_acquire lock;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    const double share = progress.total > 0 ? static_cast<double>(progress.done)
+                                                  / static_cast<double>(progress.total)
+                                            : 1.0;
+    if (callback_ && !callback_(progress.pass, share)) is_stopped_ = true;
+  }
+
   const Callback callback_;
   std::chrono::steady_clock::time_point last_{};
-  bool is_stopped_ = false;
+  std::atomic<bool> is_stopped_ = false;
 };
 
 py::array_t<float> array(std::vector<py::ssize_t> shape, const float* values) {
@@ -73,33 +78,8 @@ py::array_t<float> cells(const std::array<int, 3>& size, const std::vector<Vec3f
 
 py::dict facts(const RenderResult& result) {
   py::dict out;
-  for (const auto& [key, value] : io::provenance(result)) out[py::str(key)] = value;
+  for (const auto& [key, value] : result.picture.provenance) out[py::str(key)] = value;
   return out;
-}
-
-struct Work {
-  io::SceneFile file;
-  std::unique_ptr<Backend> backend;
-};
-
-/// What the command line would say: of the scene, and of the result what was not said of that.
-std::vector<std::string> all_warnings(const Work& work, const RenderResult& result) {
-  std::vector<std::string> all = work.file.warnings;
-  for (std::string& warning : io::unsaid_warnings(result, all)) all.push_back(std::move(warning));
-  return all;
-}
-
-void require_memory(const Scene& scene, int lights) {
-  if (const std::string shortage = app::memory_shortage(scene, lights); !shortage.empty())
-    throw Error(ExitCode::out_of_memory, shortage);
-}
-
-Work prepare_work(const std::string& name, const std::string& text, const std::string& folder,
-                  const std::vector<std::string>& overrides, const std::string& device,
-                  int threads) {
-  Work work{io::read_scene_text(name, text, folder, overrides), nullptr};
-  work.backend = app::open_device(app::parse_device(device), threads).backend;
-  return work;
 }
 
 py::dict render_text(const std::string& name, const std::string& text, const std::string& folder,
@@ -109,11 +89,16 @@ py::dict render_text(const std::string& name, const std::string& text, const std
   std::vector<std::string> warnings;
   {
     const py::gil_scoped_release no_lock;
-    Watch watch(std::move(progress));
-    const Work work = prepare_work(name, text, folder, overrides, device, threads);
-    require_memory(work.file.scene, 1);
-    result = render(work.file.scene, *work.backend, watch.options());
-    warnings = all_warnings(work, result);
+    const io::SceneFile file = io::read_scene_text(name, text, folder, overrides);
+    Watched run(device, threads, std::move(progress));
+    run.session.accept(file, {});
+    run.session.prepare(file.scene);
+    const std::unique_ptr<Renderer> renderer =
+        run.session.begin(file.scene, run.session.control().options());
+    run.session.run(*renderer, false);
+    result = renderer->result();
+    run.session.finish(result, file);
+    warnings = std::move(run.warnings);
   }
   const Picture& picture = result.picture;
   py::dict layers;
@@ -140,22 +125,24 @@ py::dict bake_text(const std::string& name, const std::string& text, const std::
   std::vector<std::string> warnings;
   {
     const py::gil_scoped_release no_lock;
-    Watch watch(std::move(progress));
-    const Work work = prepare_work(name, text, folder, overrides, device, threads);
-    const Scene scene = scene_to_bake(work.file.scene, with_directions, per_light, multiple_only);
-    require_memory(scene, most_replicates);
-    RenderOptions options = watch.options();
+    const io::SceneFile file = io::read_scene_text(name, text, folder, overrides);
+    Watched run(device, threads, std::move(progress));
+    run.session.accept(file, {});
+    const Scene scene = scene_to_bake(file.scene, with_directions, per_light, multiple_only);
+    run.session.prepare(scene, most_replicates);
+    RenderOptions options = run.session.control().options();
     options.photons = IndexRange{0, scene.photons};
     options.measures_matter = true;
-    Renderer renderer(scene, *work.backend, options);
-    renderer.run();
-    result = renderer.result();
-    warnings = all_warnings(work, result);
+    const std::unique_ptr<Renderer> renderer = run.session.begin(scene, options);
+    run.session.run(*renderer, false);
+    result = renderer->result();
+    run.session.finish(result, file);
+    warnings = std::move(run.warnings);
     if (result.photons.count() == 0) {
       throw Error(ExitCode::scene_invalid,
                   name + ": no light reaches the medium: there is nothing to bake");
     }
-    light = bake(renderer, scene);
+    light = bake(*renderer, scene);
   }
   py::dict fluence, slope;
   for (const BakedGroup& group : light.groups) {
@@ -222,5 +209,5 @@ PYBIND11_MODULE(_core, m) {
   m.def("bake", &bake_text);
   m.def("validate", &validate_text);
   m.def("schema", &io::schema);
-  m.def("devices", &app::list_devices);
+  m.def("devices", &session::list_devices);
 }

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """Includes point down: no file includes one of a floor above it, and outside libraries stay where they belong.
 
-    base < random < medium < transport < render (include/tyndall) < src/render < {src/host, src/io, cuda} < src/app
+    base < random < medium < transport < render (include/tyndall) < src/render < {src/host, src/io, cuda}
+        < src/session < {src/app, src/python}
 
 The four lowest floors are compiled for devices too: no allocation, no exceptions, no streams, no file formats.
 """
@@ -28,7 +29,8 @@ RANK = {
     "src/io": 7,
     "src/mpi": 7,
     "cuda": 7,
-    "src/app": 8,
+    "src/session": 8,
+    "src/app": 9,
     "src/python": 9,
     "bench": 8,
 }

@@ -1,4 +1,4 @@
-#include "app/signals.h"
+#include "session/signals.h"
 
 #include <unistd.h>
 
@@ -9,7 +9,7 @@
 
 #include "io/output_file.h"
 
-namespace tyndall::app {
+namespace tyndall::session {
 namespace {
 
 // Read by all threads; without locks, as a handler must be.
@@ -94,4 +94,4 @@ int end_catching(int code) noexcept {
 
 int caught_signal() noexcept { return caught; }
 
-}  // namespace tyndall::app
+}  // namespace tyndall::session

@@ -2,14 +2,13 @@
 /// What renders: the processor or a CUDA device.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 
 #include "tyndall/render/backend.h"
 #include "tyndall/render/render.h"
 
-namespace tyndall::app {
+namespace tyndall::session {
 
 struct DeviceName {
   enum class Kind { automatic, cpu, cuda };
@@ -31,15 +30,9 @@ struct Device {
 /// \throws Error(device)
 Device open_device(const DeviceName& name, int threads, const std::string& why_not_automatic = {});
 
-/// A render on `device`; where that turns out to have too little memory, and `name` leaves the
-/// choice, on the processor. \param clear takes a bar off the terminal
-std::unique_ptr<Renderer> begin_render(const Scene& scene, Device& device, const DeviceName& name,
-                                       int threads, const RenderOptions& options,
-                                       const std::function<void()>& clear);
-
 int cuda_device_count();
 
 /// \return a line for each device, and why there are no CUDA devices where there are none.
 std::string list_devices();
 
-}  // namespace tyndall::app
+}  // namespace tyndall::session

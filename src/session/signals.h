@@ -2,7 +2,7 @@
 /// SIGINT, SIGTERM and SIGHUP, which end a render, and SIGUSR1, which asks for its picture.
 #pragma once
 
-namespace tyndall::app {
+namespace tyndall::session {
 
 /// From here on the first of the signals is noted, for the render to stop in order. Where it has
 /// not stopped after `patience` [s], or at the second signal, the temporaries are removed and the
@@ -35,4 +35,4 @@ int caught_signal() noexcept;
 /// \return whether a signal was noted before end_patience(): then it is the reason of what fails.
 bool is_cut_short() noexcept;
 
-}  // namespace tyndall::app
+}  // namespace tyndall::session

@@ -7,7 +7,7 @@
 
 #include "tyndall/render/render.h"
 
-namespace tyndall::app {
+namespace tyndall::session {
 
 enum class ProgressStyle {
   none,
@@ -40,8 +40,4 @@ class ProgressMeter {
   bool visible_ = false;
 };
 
-/// Options of a render that shows how far it is, and that a signal ends: at once while there is
-/// nothing to write, in order later. \param meter lives as long
-RenderOptions interruptible(ProgressMeter& meter);
-
-}  // namespace tyndall::app
+}  // namespace tyndall::session

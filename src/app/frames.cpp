@@ -1,4 +1,4 @@
-#include "app/frames_command.h"
+#include "app/frames.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -15,16 +15,14 @@
 #include <fmt/format.h>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "app/console.h"
-#include "app/devices.h"
-#include "app/memory.h"
 #include "app/outputs.h"
-#include "app/progress.h"
-#include "app/signals.h"
 #include "io/denoise.h"
 #include "io/report.h"
 #include "io/scene_json.h"
 #include "render/camera.h"
+#include "session/memory.h"
+#include "session/refuse.h"
+#include "session/session.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
 #if TYNDALL_OPENEXR
@@ -36,7 +34,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-[[noreturn]] void usage_error(const std::string& message) { throw Error(ExitCode::usage, message); }
+using session::usage_error;
 
 void require_sense(const RenderArguments& a) {
   if (a.denoises) io::require_denoiser();
@@ -73,9 +71,8 @@ void turn(scene::Camera& camera, double degrees) {
 /// The scenes of a sequence, before they are rendered.
 class Frames {
  public:
-  Frames(const std::string& scene, const std::vector<std::string>& overrides,
-         const FrameRange& range)
-      : scene_(scene), overrides_(overrides) {
+  Frames(const SceneArguments& scene, const FrameRange& range)
+      : scene_(scene.scene), overrides_(scene.overrides) {
     for (int frame = range.first; frame <= range.last; frame += range.step)
       numbers_.push_back(frame);
   }
@@ -125,8 +122,8 @@ class Frames {
     if (lacking.size() == size())
       throw Error(ExitCode::input_missing,
                   fmt::format("{}: no such file; every frame lacks one", first));
-    warn(fmt::format("{} of {} frames lack a file, such as {}: {}", lacking.size(), size(), first,
-                     listed(lacking)));
+    session::warn(fmt::format("{} of {} frames lack a file, such as {}: {}", lacking.size(), size(),
+                              first, listed(lacking)));
   }
 
   /// \throws Error; io::UnreadableFrame where files of this frame alone are wrong.
@@ -138,7 +135,7 @@ class Frames {
     if (sequence_.fits.size() > known)
       for (const auto& [key, fit] : sequence_.fits)
         if (!fit.file.empty() && is_fit_said_.insert(key).second)
-          say(fmt::format("fit      {}: in all frames as in {}\n", key, fit.file));
+          session::say(fmt::format("fit      {}: in all frames as in {}\n", key, fit.file));
     return file;
   }
 
@@ -147,7 +144,7 @@ class Frames {
   void fail(std::size_t i, const Error& error) {
     const bool is_of_frame = dynamic_cast<const io::UnreadableFrame*>(&error) != nullptr;
     if (!is_of_frame && error.code() != ExitCode::scene_invalid) throw;
-    say(fmt::format("{}: cannot be read\n{}\n", title(i), error.what()));
+    session::say(fmt::format("{}: cannot be read\n{}\n", title(i), error.what()));
     failed_.push_back({number(i), error.code(), error.what()});
   }
 
@@ -164,8 +161,8 @@ class Frames {
       numbers.push_back(frame.number);
       if (numbers.size() <= most) reasons += fmt::format("{}\n", frame.message);
     }
-    say(fmt::format("tyndall: {} of {} frames could not be read: {}\n{}", numbers.size(), size(),
-                    listed(numbers), reasons));
+    session::say(fmt::format("tyndall: {} of {} frames could not be read: {}\n{}", numbers.size(),
+                             size(), listed(numbers), reasons));
     return is_input ? ExitCode::input_missing : ExitCode::scene_invalid;
   }
 
@@ -236,18 +233,10 @@ void share_volumes(const io::SceneFile& from, io::SceneFile& to) {
     to.volumes[v].volume = from.volumes[v].volume;
 }
 
-void require_memory(const Scene& scene) {
-  if (const std::string shortage = memory_shortage(scene); !shortage.empty())
-    throw Error(ExitCode::out_of_memory, shortage);
-}
-
 class Sequence {
  public:
   explicit Sequence(const RenderArguments& arguments)
-      : arguments_(arguments),
-        frames_(arguments.scene, arguments.overrides, *arguments.frames),
-        device_name_(parse_device(arguments.device)),
-        meter_(progress_style(arguments.progress)) {}
+      : arguments_(arguments), frames_(arguments, *arguments.frames), session_(arguments) {}
 
   ExitCode run() {
     // What is wrong is said before hours of work: with the names of all, with the first and with
@@ -260,18 +249,19 @@ class Sequence {
       } catch (const Error& error) {
         const bool is_of_frame = dynamic_cast<const io::UnreadableFrame*>(&error) != nullptr;
         if (!is_of_frame && (i == 0 || error.code() != ExitCode::scene_invalid)) throw;
-        warn(fmt::format("frame {} is left out unless this changes: {}", frames_.number(i),
-                         error.what()));
+        session::warn(fmt::format("frame {} is left out unless this changes: {}", frames_.number(i),
+                                  error.what()));
       }
     }
     if (last > 0) scenes_.erase(last);  // its volumes may be large
-    catch_signals(5.0);
+    session::catch_signals(5.0);
     for (std::size_t i = 0; i < frames_.size(); ++i) {
       if (!render_frame_or_stop(i)) {
         frames_.failures();
-        say(fmt::format("tyndall: stopped by a signal in frame {}; the same line goes on there\n",
+        session::say(
+            fmt::format("tyndall: stopped by a signal in frame {}; the same line goes on there\n",
                         frames_.number(i)));
-        return static_cast<ExitCode>(128 + caught_signal());
+        return static_cast<ExitCode>(128 + session::caught_signal());
       }
       scenes_.erase(i);
     }
@@ -344,7 +334,7 @@ class Sequence {
           usage_error(fmt::format(
               "{}: is there already, of another scene: remove it, or name others", path));
       } catch (const io::UnreadableFrame&) {
-        warn(fmt::format("{}: is kept, but what it shows cannot be read any more", path));
+        session::warn(fmt::format("{}: is kept, but what it shows cannot be read any more", path));
       }
     }
 #else
@@ -356,9 +346,9 @@ class Sequence {
   /// \return false where a signal ended it.
   bool render_frame_or_stop(std::size_t i) {
     try {
-      return render_frame(i) && (caught_signal() == 0 || i + 1 == frames_.size());
+      return render_frame(i) && (session::caught_signal() == 0 || i + 1 == frames_.size());
     } catch (const Stopped&) {
-      meter_.clear();
+      session_.control().clear();
       return false;
     }
   }
@@ -371,24 +361,21 @@ class Sequence {
     for (const std::string& path : arguments_.outputs) outputs.add(numbered(path));
     outputs.add_reports(arguments_.report.empty() ? "" : numbered(arguments_.report),
                         arguments_.detectors.empty() ? "" : numbered(arguments_.detectors));
-    outputs.refuse_repeats();
-    if (is_there(outputs.paths(), i)) {
-      say(frames_.title(i) + ": is there already\n");
+    const std::vector<std::string> paths = outputs.distinct_paths();
+    if (is_there(paths, i)) {
+      session::say(frames_.title(i) + ": is there already\n");
       return true;
     }
     const std::shared_ptr<const Loaded> loaded = scene_or_failure(i);
     if (!loaded) return true;
-    say(frames_.title(i) + "\n");
+    session::say(frames_.title(i) + "\n");
     const io::SceneFile& file = loaded->file;
-    refuse_inputs(file.inputs, outputs.paths());
-    for (const std::string& warning : file.warnings)
-      if (warned_.insert(warning).second) warn(warning);
+    session_.accept(file, paths);
     if (!std::exchange(has_begun_, true)) require_detectors(file.scene, arguments_.detectors);
-    if (lit_ && (lit_->by->key != loaded->key || !memory_shortage(file.scene).empty()))
+    if (lit_ && (lit_->by->key != loaded->key || !session::memory_shortage(file.scene).empty()))
       lit_.reset();
-    if (!lit_) require_memory(file.scene);
+    if (!lit_) session_.prepare(file.scene);
     outputs.open();
-    if (!device_.backend) device_ = open_device(device_name_, arguments_.threads);
     const bool lights_next = has_key(i + 1, loaded->key);
     if (lights_next) share_volumes(file, scene_of(i + 1)->file);
 
@@ -396,16 +383,11 @@ class Sequence {
     if (!finish_by_light(loaded, frame, lights_next, result)) return false;
     if (lit_->frame == frame)
       lit_->seconds = result.seconds.bounds + result.seconds.photons + result.seconds.matter;
-    finish(result, file.warnings);
+    session_.finish(result, file);
     if (arguments_.denoises) io::denoise(result.picture);
-    const io::Run run{lit_->renderer->part(), result, arguments_.scene, device_.name, file.volumes};
-    say(io::report_lines(run));
-    outputs.write(run);
+    outputs.write(session_.report(*lit_->renderer, result, file, arguments_.scene));
     if (!lit_->is_kept) lit_.reset();
-    if (arguments_.print_hash) {
-      print(fmt::format("frame {} tallies {:016x} pixels {:016x}\n", frame, result.hashes.tallies,
-                        result.hashes.pixels));
-    }
+    if (arguments_.print_hash) print_hashes(result, fmt::format("frame {} ", frame));
     return true;
   }
 
@@ -418,11 +400,11 @@ class Sequence {
       return finishes(result);
     } catch (const std::bad_alloc&) {
       if (!lit_ || !lit_->is_kept) throw;
-      meter_.clear();
+      session_.control().clear();
       lit_.reset();
       may_keep_ = false;
-      require_memory(scene);
-      say("light    too large to keep beside a frame: it is shot for each\n");
+      session_.prepare(scene);
+      session::say("light    too large to keep beside a frame: it is shot for each\n");
       begin(loaded, frame, false);
       return finishes(result);
     }
@@ -434,30 +416,28 @@ class Sequence {
     try {
       lit_->renderer->look(scene);
     } catch (const Error& error) {
-      if (error.code() != ExitCode::device || device_name_.kind != DeviceName::Kind::automatic)
-        throw;
+      if (error.code() != ExitCode::device || !session_.may_change_device()) throw;
       lit_.reset();
       return false;
     }
-    say(fmt::format("light    of frame {}, {:.2f} s saved\n", lit_->frame, lit_->seconds));
+    session::say(fmt::format("light    of frame {}, {:.2f} s saved\n", lit_->frame, lit_->seconds));
     return true;
   }
 
   void begin(const std::shared_ptr<const Loaded>& loaded, int frame, bool may_keep) {
     const Scene& scene = loaded->file.scene;
-    RenderOptions options = interruptible(meter_);
+    RenderOptions options = session_.control().options();
     options.batch = arguments_.batch;
     // Kept as floats, half as large as what is shot.
-    options.keeps_light = may_keep && memory_shortage(scene, 1 + most_replicates / 2).empty();
+    options.keeps_light =
+        may_keep && session::memory_shortage(scene, 1 + most_replicates / 2).empty();
     lit_ = Lit{loaded, nullptr, frame, options.keeps_light};
-    lit_->renderer = begin_render(scene, device_, device_name_, arguments_.threads, options,
-                                  [this] { meter_.clear(); });
+    lit_->renderer = session_.begin(scene, options);
   }
 
   /// \return false where a signal ended it.
   bool finishes(RenderResult& result) {
-    const bool is_done = lit_->renderer->run();
-    meter_.clear();
+    const bool is_done = session_.run(*lit_->renderer, false);
     if (is_done) result = lit_->renderer->result();
     return is_done;
   }
@@ -473,11 +453,8 @@ class Sequence {
 
   const RenderArguments& arguments_;
   Frames frames_;
-  const DeviceName device_name_;
-  Device device_;
-  ProgressMeter meter_;
+  session::Session session_;
   bool has_begun_ = false;
-  std::set<std::string> warned_;                           // once for all frames
   std::map<std::size_t, std::shared_ptr<Loaded>> scenes_;  // that are still to be rendered
   std::optional<Lit> lit_;
   bool may_keep_ = true;  // there was room for it so far
@@ -509,29 +486,29 @@ std::string of_frame(const std::string& text, int frame, double t) {
   return out;
 }
 
-ExitCode validate_frames(const RenderArguments& arguments) {
-  Frames frames(arguments.scene, arguments.overrides, *arguments.frames);
+ExitCode validate_frames(const SceneArguments& arguments, const FrameRange& range) {
+  Frames frames(arguments, range);
   frames.look_up();
   std::set<std::string> said;
   const auto warn_once = [&](const std::string& text) {
-    if (!text.empty() && said.insert(text).second) warn(text);
+    if (!text.empty() && said.insert(text).second) session::warn(text);
   };
   for (std::size_t i = 0; i < frames.size(); ++i) {
     try {
       const io::SceneFile file = frames.read(i);
       for (const std::string& warning : file.warnings) warn_once(warning);
-      warn_once(memory_shortage(file.scene));
+      warn_once(session::memory_shortage(file.scene));
     } catch (const Error& error) {
       frames.fail(i, error);
     }
   }
   const ExitCode code = frames.failures();
   if (code == ExitCode::done)
-    print(fmt::format("{}: valid in {} frames\n", arguments.scene, frames.size()));
+    session::print(fmt::format("{}: valid in {} frames\n", arguments.scene, frames.size()));
   return code;
 }
 
-ExitCode frames_command(const RenderArguments& arguments) {
+ExitCode render_frames(const RenderArguments& arguments) {
   require_sense(arguments);
   return Sequence(arguments).run();
 }

@@ -1,20 +1,17 @@
-#include "app/progress.h"
+#include "session/progress.h"
 
 #include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <cstdint>
-#include <memory>
 #include <string_view>
 
 #include <fmt/format.h>
 
-#include "app/console.h"
-#include "app/signals.h"
+#include "session/console.h"
 
-namespace tyndall::app {
+namespace tyndall::session {
 namespace {
 
 /// \return columns of the terminal at standard error.
@@ -47,19 +44,6 @@ std::string outlook(const Progress& progress, double seconds) {
 }
 
 }  // namespace
-
-RenderOptions interruptible(ProgressMeter& meter) {
-  const auto ends_in_order = std::make_shared<std::atomic<bool>>(false);
-  RenderOptions options;
-  options.progress = [&meter, ends_in_order](const Progress& progress) {
-    *ends_in_order = std::string_view(progress.pass) != "bounds";
-    meter.show(progress);
-  };
-  options.stop = [ends_in_order] { return !*ends_in_order && caught_signal() != 0; };
-  options.pause = [] { return caught_signal() != 0; };
-  options.go_on = [](Renderer&, Moment) { return caught_signal() == 0; };
-  return options;
-}
 
 ProgressStyle progress_style(const std::string& name) {
   if (name == "bar") return ProgressStyle::bar;
@@ -104,4 +88,4 @@ void ProgressMeter::clear() {
   visible_ = false;
 }
 
-}  // namespace tyndall::app
+}  // namespace tyndall::session

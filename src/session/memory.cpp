@@ -1,4 +1,4 @@
-#include "app/memory.h"
+#include "session/memory.h"
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -13,7 +13,7 @@
 
 #include "tyndall/render/check.h"
 
-namespace tyndall::app {
+namespace tyndall::session {
 namespace {
 
 constexpr std::uint64_t unlimited = std::numeric_limits<std::uint64_t>::max();
@@ -69,4 +69,4 @@ std::string memory_shortage(const Scene& scene, int lights) {
       static_cast<double>(needed) / gibibyte, static_cast<double>(available) / gibibyte);
 }
 
-}  // namespace tyndall::app
+}  // namespace tyndall::session

@@ -4,7 +4,7 @@
 
 #include <string_view>
 
-namespace tyndall::app {
+namespace tyndall::session {
 
 /// Makes sure that no output file gets the number of a standard stream that was closed before the
 /// start.
@@ -19,4 +19,4 @@ void say(std::string_view text) noexcept;
 /// Says one line that begins with "tyndall: warning: ".
 void warn(std::string_view text);
 
-}  // namespace tyndall::app
+}  // namespace tyndall::session

@@ -1,5 +1,5 @@
 /// \file
-/// `tyndall render`: reads a scene, renders it, writes what was asked for.
+/// What `tyndall render` is asked for.
 #pragma once
 
 #include <cstdint>
@@ -7,27 +7,17 @@
 #include <string>
 #include <vector>
 
-#include "tyndall/render/backend.h"
-#include "tyndall/render/error.h"
+#include "app/options.h"
+#include "tyndall/render/part.h"
 
 namespace tyndall::app {
 
-/// Frames first, first + step, ... up to last.
-struct FrameRange {
-  int first = 1, last = 1, step = 1;
-};
-
-struct RenderArguments {
-  std::string scene;
+struct RenderArguments : SceneArguments, session::WorkArguments {
   std::vector<std::string>
-      outputs;  ///< empty: one picture named like the scene, in the current folder
-  std::vector<std::string> overrides;  ///< "path=value"
-  std::string report;                  ///< file, empty: none
-  std::string detectors;               ///< file, empty: none
-  std::string device = "auto";         ///< "auto", "cpu", "cuda", "cuda:1"
-  std::string progress = "auto";       ///< auto, bar, plain, none
-  int threads = 0;                     ///< 0: one per hardware thread
-  std::uint64_t batch = 0;             ///< 0: the backend's choice
+      outputs;              ///< empty: one picture named like the scene, in the current folder
+  std::string report;       ///< file, empty: none
+  std::string detectors;    ///< file, empty: none
+  std::uint64_t batch = 0;  ///< 0: the backend's choice
   bool print_hash = false;
   std::string checkpoint;                      ///< file, empty: none
   double checkpoint_every = 60;                ///< [s]
@@ -41,11 +31,8 @@ struct RenderArguments {
   std::string display;                         ///< HOST:PORT of a viewer, empty: none
   std::string preview;                         ///< file, empty: none
   double preview_every = 5;                    ///< [s]
-  std::optional<FrameRange> frames;            ///< see frames_command.h
+  std::optional<FrameRange> frames;            ///< see frames.h
   double turntable = 0;                        ///< [degree] that the camera turns in all frames
 };
-
-/// \return done, limit, or 128 and the signal. \throws Error, Stopped where nothing was written.
-ExitCode render_command(const RenderArguments& arguments);
 
 }  // namespace tyndall::app

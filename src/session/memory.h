@@ -6,7 +6,7 @@
 
 #include "tyndall/render/scene.h"
 
-namespace tyndall::app {
+namespace tyndall::session {
 
 /// \return [byte] that this process can still get, as the machine, the control group and the limits
 /// of the shell (ulimit -v) have it.
@@ -16,4 +16,4 @@ std::uint64_t available_memory();
 /// enough. \param lights replicates whose light is kept at the same time
 std::string memory_shortage(const Scene& scene, int lights = 1);
 
-}  // namespace tyndall::app
+}  // namespace tyndall::session

@@ -1,4 +1,4 @@
-#include "app/console.h"
+#include "session/console.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -11,7 +11,7 @@
 
 #include "tyndall/render/error.h"
 
-namespace tyndall::app {
+namespace tyndall::session {
 
 void reserve_standard_streams() {
   for (int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
@@ -32,4 +32,4 @@ void say(std::string_view text) noexcept {
 
 void warn(std::string_view text) { say(fmt::format("tyndall: warning: {}\n", text)); }
 
-}  // namespace tyndall::app
+}  // namespace tyndall::session

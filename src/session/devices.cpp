@@ -1,4 +1,4 @@
-#include "app/devices.h"
+#include "session/devices.h"
 
 #include <algorithm>
 #include <charconv>
@@ -8,11 +8,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "app/console.h"
+#include "session/console.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
 
-namespace tyndall::app {
+namespace tyndall::session {
 namespace {
 
 #if TYNDALL_CUDA
@@ -86,20 +86,6 @@ Device open_device(const DeviceName& name, int threads, const std::string& why_n
   return device;
 }
 
-std::unique_ptr<Renderer> begin_render(const Scene& scene, Device& device, const DeviceName& name,
-                                       int threads, const RenderOptions& options,
-                                       const std::function<void()>& clear) {
-  try {
-    return std::make_unique<Renderer>(scene, *device.backend, options);
-  } catch (const Error& error) {
-    // Before the first photon another device will do.
-    if (error.code() != ExitCode::device || name.kind != DeviceName::Kind::automatic) throw;
-    clear();
-    device = open_device(name, threads, error.what());
-    return std::make_unique<Renderer>(scene, *device.backend, options);
-  }
-}
-
 int cuda_device_count() { return static_cast<int>(known_cuda_devices().names.size()); }
 
 std::string list_devices() {
@@ -112,4 +98,4 @@ std::string list_devices() {
   return list;
 }
 
-}  // namespace tyndall::app
+}  // namespace tyndall::session
