@@ -84,6 +84,14 @@ struct Meaning {
   E value;
 };
 
+/// \return its word; null where it has none.
+template <class E>
+constexpr const char* word_of(const E& value) {
+  for (const auto& [word, meaning] : words(Type<E>{}))
+    if (meaning == value) return word;
+  return nullptr;
+}
+
 // ---- Visitors
 
 /// What a visitor may be called with, besides v(name, member, form, unit, doc). All of it is
@@ -195,6 +203,18 @@ constexpr void visit_cases(V& visitor) {
   static_assert(described_cases<Variant>() == std::variant_size_v<Variant>,
                 "describe() forgets an alternative");
   describe(visitor, Type<Variant>{});
+}
+
+/// \return the name of the alternative that a variant holds.
+template <class Variant>
+const char* case_name(const Variant& value) {
+  const char* name = nullptr;
+  std::size_t i = 0;
+  const auto find = [&]<class P>(Type<P>, const char* of_case, const char*) {
+    if (i++ == value.index()) name = of_case;
+  };
+  visit_cases<Variant>(find);
+  return name;
 }
 
 }  // namespace tyndall::scene
