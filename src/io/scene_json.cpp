@@ -1,5 +1,4 @@
-// Scene files: how they are read is what scene/ says of each key; the files that they name are read
-// here.
+// Scene files. Their keys are described in src/scene; the files that they name are read here.
 #include "io/scene_json.h"
 
 #include <algorithm>
@@ -25,7 +24,6 @@
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/huge_pages.h"
-#include "tyndall/render/lights.h"
 #include "tyndall/render/volume.h"
 
 namespace tyndall::io {
@@ -35,9 +33,6 @@ using namespace scene;
 using scene::Camera;
 using scene::Component;
 using scene::DenseGrid;
-using scene::Detectors;
-using scene::NoiseCloud;
-using scene::Remap;
 using scene::Solid;
 namespace fs = std::filesystem;
 

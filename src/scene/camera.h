@@ -3,6 +3,7 @@
 #pragma once
 
 #include "scene/describe.h"
+#include "tyndall/scene/camera.h"
 
 namespace tyndall::scene {
 

@@ -19,14 +19,11 @@
 #include <variant>
 
 #include "tyndall/render/check.h"
-#include "tyndall/render/scene.h"
 
 namespace tyndall::scene {
 
 template <class T>
-struct Type {
-  using type = T;
-};
+struct Type {};
 
 // ---- What a description says of a key
 

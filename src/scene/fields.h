@@ -3,6 +3,7 @@
 #pragma once
 
 #include "scene/bodies.h"
+#include "tyndall/scene/fields.h"
 
 namespace tyndall::scene {
 

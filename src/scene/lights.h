@@ -6,6 +6,7 @@
 
 #include "scene/describe.h"
 #include "tyndall/render/lights.h"
+#include "tyndall/scene/lights.h"
 
 namespace tyndall::scene {
 

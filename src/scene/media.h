@@ -4,6 +4,7 @@
 
 #include "scene/fields.h"
 #include "scene/phases.h"
+#include "tyndall/scene/media.h"
 
 namespace tyndall::scene {
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "scene/describe.h"
+#include "tyndall/scene/phases.h"
 
 namespace tyndall::scene {
 

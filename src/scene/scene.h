@@ -5,6 +5,7 @@
 #include "scene/camera.h"
 #include "scene/lights.h"
 #include "scene/media.h"
+#include "tyndall/scene/scene.h"
 
 namespace tyndall::scene {
 
