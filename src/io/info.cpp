@@ -16,6 +16,7 @@
 #include "io/json_text.h"
 #include "io/scene_json.h"
 #include "io/volume_file.h"
+#include "scene/scene.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/render.h"
 #include "tyndall/render/volume.h"
@@ -202,20 +203,12 @@ Json mesh_info(const std::string& path) {
 
 // ---- Scenes and pictures
 
-constexpr const char* field_names[] = {"solid", "noise_cloud", "grid", "volume"};
-constexpr const char* phase_names[] = {"isotropic", "henyey_greenstein", "rayleigh", "two_lobes",
-                                       "tabulated"};
-constexpr const char* camera_names[] = {"perspective", "orthographic", "spherical"};
-constexpr const char* emission_names[] = {"none", "color", "blackbody"};
-constexpr const char* light_names[] = {"point", "directional", "environment",
-                                       "spot",  "rectangle",   "sphere"};
-
 Json scene_info(const std::string& path) {
   const SceneFile file = read_scene(path, {});
   const Scene& scene = file.scene;
   Json out{{"file", path}};
   for (const scene::Component& c : scene.medium.components) {
-    Json d{{"field", field_names[c.field.index()]}};
+    Json d{{"field", scene::case_name(c.field)}};
     if (const auto* grid = std::get_if<scene::SparseGrid>(&c.field)) {
       d["grid"] = grid->volume->name();
       d["active voxels"] = grid->volume->active_voxels();
@@ -223,15 +216,14 @@ Json scene_info(const std::string& path) {
     if (const auto* cloud = std::get_if<scene::NoiseCloud>(&c.field)) d["octaves"] = cloud->octaves;
     d["extinction"] = c.extinction;
     d["albedo"] = list(c.albedo);
-    d["phase"] = phase_names[c.phase.index()];
-    if (c.emission.index() > 0) d["emission"] = emission_names[c.emission.index()];
+    d["phase"] = scene::case_name(c.phase);
+    if (c.emission.index() > 0) d["emission"] = scene::case_name(c.emission);
     out["components"].push_back(d);
   }
   out["box min"] = brief_list(scene.medium.box_min);
   out["box max"] = brief_list(scene.medium.box_max);
-  for (const scene::Light& light : scene.lights)
-    out["lights"].push_back(light_names[light.index()]);
-  out["camera"] = camera_names[static_cast<int>(scene.camera.projection)];
+  for (const scene::Light& light : scene.lights) out["lights"].push_back(scene::case_name(light));
+  out["camera"] = scene::word_of(scene.camera.projection);
   out["resolution"] = {scene.camera.resolution[0], scene.camera.resolution[1]};
   out["photons"] = scene.photons;
   out["samples"] = scene.samples;

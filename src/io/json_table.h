@@ -1,7 +1,7 @@
 /// \file
-/// What a table of keys is made of. Each key has a kind of value, a unit and a meaning; a Kind
-/// knows how its values are read, described (JSON Schema) and listed, and kinds are put together
-/// from smaller ones.
+/// Visitors of the descriptions of a scene (scene/describe.h): they read its JSON, and write the
+/// schema and the defaults. Each value has a type and a form; read_value(), schema_of(), list_of()
+/// and expected() are what can be done with the two.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,6 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -17,15 +16,16 @@
 #include <string_view>
 #include <type_traits>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <glm/vec3.hpp>
 
 #include "io/json_text.h"
 #include "io/scene_json.h"
 #include "io/volume_file.h"
+#include "scene/scene.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 
@@ -124,554 +124,649 @@ class Reader {
   std::string path_;
 };
 
-/// Levenshtein's distance.
-inline std::size_t edits(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] != b[j]);
-      diagonal = row[j + 1];
-      row[j + 1] = std::min({replaced, row[j] + 1, row[j + 1] + 1});
-    }
-  }
-  return row.back();
-}
-
 /// \return `did you mean "fov"?`, or all there is to choose from where nothing is near.
-inline std::string suggestion(std::string_view word, const std::vector<std::string>& known) {
-  const auto distance = [&](const std::string& name) { return edits(word.substr(0, 64), name); };
-  const auto nearest =
-      std::min_element(known.begin(), known.end(),
-                       [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
-  if (nearest != known.end() && distance(*nearest) <= 1 + nearest->size() / 3) {
-    return fmt::format("did you mean \"{}\"?", *nearest);
-  }
-  return fmt::format("known here: {}", fmt::join(known, ", "));
-}
+std::string suggestion(std::string_view word, const std::vector<std::string>& known);
 
-// ---- Kinds of values: each knows how it is read, described and listed. ----
+// ---- What descriptions do not say: it is specialised where files are read.
 
-/// A function whose copies share what it holds: kinds are copied into those that are made of them,
-/// and these again, each with all below it.
-template <class Signature>
-class Shared;
-template <class R, class... A>
-class Shared<R(A...)> {
- public:
-  Shared() = default;
-  template <class F>
-  requires std::is_invocable_r_v<R, const F&, A...> Shared(F function)
-      : function_(std::make_shared<const std::function<R(A...)>>(std::move(function))) {}
-  R operator()(A... arguments) const { return (*function_)(std::forward<A>(arguments)...); }
-  explicit operator bool() const { return function_ != nullptr; }
-
- private:
-  std::shared_ptr<const std::function<R(A...)>> function_;
+/// Called once all keys of a thing are read without an error.
+template <class T>
+struct Finish {
+  static void run(Reader&, const Node&, T&) {}
 };
+
+/// All keys of a thing.
+template <class T>
+struct Keys {
+  template <class V>
+  void operator()(V& visitor) const {
+    scene::visit_keys<T>(visitor);
+  }
+};
+
+/// What an alternative of a variant is in the file: calls use(name, doc, initial, keys, store),
+/// where store() makes the alternative of a thing whose values were `initial` before its keys were
+/// read.
+template <class P>
+struct Case {
+  template <class Use>
+  static void visit(const char* name, const char* doc, const scene::Things&, const Use& use) {
+    use(name, doc, P{}, Keys<P>{}, [](P&& read) { return std::move(read); });
+  }
+};
+
+/// A value that stands in the file as another thing: Thing, and of() that makes the value of it.
+template <class V>
+struct WrittenAs {};
+
+// ---- Types of values
 
 template <class V>
-struct Kind {
-  /// Completes "expected ..."
-  std::string expected;
-  /// Leaves the value as it was where it finds an error.
-  Shared<void(Reader&, const Node&, V&)> read;
-  Shared<Json()> schema;
-  /// JSON with comments.
-  Shared<std::string(const V&, const std::string& indent)> list;
-  /// Comments that say what else the value may be.
-  Shared<std::string(const std::string& indent)> others = {};
-  /// Has keys of its own.
-  bool composite = false;
+inline constexpr bool is_list = false;
+template <class E>
+inline constexpr bool is_list<std::vector<E>> = true;
+template <class V>
+inline constexpr bool is_optional = false;
+template <class V>
+inline constexpr bool is_optional<std::optional<V>> = true;
+/// An object whose key "type" says which other keys it has. A camera says it by a member.
+template <class V>
+inline constexpr bool is_variant = std::is_same_v<V, scene::Camera>;
+template <class... P>
+inline constexpr bool is_variant<std::variant<P...>> = true;
+template <class V>
+concept is_written = requires {
+  typename WrittenAs<V>::Thing;
+};
+template <class V>
+using Element = std::decay_t<decltype(std::declval<V&>()[0])>;
+
+/// The doc of one kind of camera.
+struct CameraDoc : scene::Visitor<CameraDoc> {
+  explicit CameraDoc(scene::Projection of) : kind(of) {}
+  template <class M, class Form>
+  void operator()(scene::Name, M scene::Camera::*, const Form&, const char*, const char*) {}
+  template <class Describe>
+  void when(scene::Projection scene::Camera::*, scene::Projection value, const char* text,
+            const Describe&) {
+    if (value == kind) doc = text;
+  }
+
+  scene::Projection kind;
+  const char* doc = "";
 };
 
-inline Json schema_of(const Range& range, const char* type) {
-  // JSON Schema compares numbers by value: 1 and 1.0 are the same.
-  Json schema{{"type", type}};
-  if (std::isfinite(range.low)) schema[range.open ? "exclusiveMinimum" : "minimum"] = range.low;
-  if (std::isfinite(range.high)) schema[range.open ? "exclusiveMaximum" : "maximum"] = range.high;
-  return schema;
+/// Calls use() as Case says for each thing that a variant may be.
+template <class V, class Use>
+void for_cases(const scene::Things& form, const Use& use) {
+  if constexpr (std::is_same_v<V, scene::Camera>) {
+    for (const auto& [word, kind] : scene::words(scene::Type<scene::Projection>{})) {
+      CameraDoc found(kind);
+      scene::visit_keys<V>(found);
+      V camera;
+      camera.projection = kind;
+      use(word, found.doc, camera, Keys<V>{}, [](V&& read) { return std::move(read); });
+    }
+  } else {
+    const auto visit = [&]<class P>(scene::Type<P>, const char* name, const char* doc) {
+      Case<P>::visit(name, doc, form, use);
+    };
+    scene::visit_cases<V>(visit);
+  }
 }
 
-template <class Real = double>
-Kind<Real> number(const Range& range) {
-  const std::string expected = describe(range);
-  return {expected,
-          [=](Reader& reader, const Node& node, Real& value) {
-            const bool good = node.value.is_number() && range.contains(node.value.get<double>());
-            if (!good) return reader.expected(node, expected);
-            value = static_cast<Real>(node.value.get<double>());
-          },
-          [=] { return schema_of(range, "number"); },
-          [](const Real& value, const std::string&) { return fmt::format("{}", value); }};
+template <class V>
+std::vector<std::string> case_names(const scene::Things& form) {
+  std::vector<std::string> names;
+  for_cases<V>(form, [&](const char* name, const auto&...) { names.push_back(name); });
+  return names;
+}
+/// The first one is meant without a "type".
+template <class V>
+inline constexpr bool has_usual_case = std::is_same_v<V, scene::Camera>;
+
+/// \return e.g. `"open" or "periodic"`.
+std::string one_of(const std::vector<std::string>& names);
+
+template <class E>
+std::vector<std::string> names_of() {
+  std::vector<std::string> names;
+  for (const auto& [word, value] : scene::words(scene::Type<E>{})) names.push_back(word);
+  return names;
+}
+
+/// \return how many elements a list has whose names are given, e.g. "x, y, z".
+int count_of(const char* names);
+
+using scene::form_of;
+
+/// A form's elements: their names, their own form, and whether one of them alone will do.
+inline const char* names_of(const scene::Numbers& form) { return form.names; }
+inline const char* names_of(const scene::Word&) { return "x, y, z"; }
+inline bool or_one(const scene::Numbers& form) { return form.or_one; }
+inline bool or_one(const scene::Word&) { return false; }
+
+// ---- What a value may be: completes "expected ..."
+
+template <class V, class Form>
+std::string expected(const Form& form) {
+  if constexpr (std::is_same_v<Form, scene::Things>) {
+    return is_list<V> ? "a list" : "";
+  } else if constexpr (std::is_same_v<Form, scene::Text>) {
+    return form.expected;
+  } else if constexpr (is_list<V>) {
+    return "a list";
+  } else if constexpr (is_optional<V>) {
+    return "null, or " + expected<typename V::value_type>(form);
+  } else if constexpr (requires(V v) { v[0]; }) {
+    const std::string each = expected<Element<V>>(form);
+    return or_one(form) ? fmt::format("{}, or [{}] of such", each, names_of(form))
+                        : fmt::format("[{}], each {}", names_of(form), each);
+  } else if constexpr (std::is_same_v<Form, scene::Word>) {
+    return one_of(names_of<V>());
+  } else {
+    return describe(form.range);
+  }
+}
+
+// ---- Objects: their keys
+
+/// Passes on the keys of a thing of one kind, all in a few ways.
+template <class Derived, class T>
+class KeyVisitor : public scene::Visitor<Derived> {
+ public:
+  explicit KeyVisitor(const T& thing) : thing_of_kind_(thing) {}
+
+  template <class B, class M>
+  void part(const char*, M B::*, const Range&) {}
+  template <class B>
+  void optional(scene::Name name, double B::*member, double example, const Range& range,
+                const char* unit, const char* doc) {
+    self().alias(
+        name, example, [member](T& thing, double value) { thing.*member = value; },
+        scene::Numbers(range), unit, doc);
+  }
+  void file(scene::Name name, const char* example, const char* doc) {
+    self().alias(
+        name, std::string(example), [](T&, const std::string&) {},  // Finish reads it
+        scene::Text{"the name of a file"}, "", doc);
+  }
+  template <class E, class Describe>
+  void when(E T::*member, E value, const char*, const Describe& keys) {
+    if (thing_of_kind_.*member == value) keys(self());
+  }
+  template <class M>
+  void faces(M T::*member, const scene::Numbers& form, const char* doc) {
+    for (std::size_t face = 0; face < scene::face_names.size(); ++face)
+      self().alias(
+          scene::face_names[face], typename M::value_type{},
+          [=](T& thing, const auto& value) { (thing.*member)[face] = value; }, form, "", doc);
+  }
+
+ private:
+  Derived& self() { return static_cast<Derived&>(*this); }
+
+  const T& thing_of_kind_;
+};
+
+/// A key whose value is always the same: "type", or the version.
+struct Constant {
+  const char* name;
+  Json value;
+  std::string expected;
+  const char* doc;
+  bool is_required;
+};
+
+/// Passes on each key with its value, or the one that stands for it, to `out`.
+template <class T, class Out>
+class Entries : public KeyVisitor<Entries<T, Out>, T> {
+ public:
+  Entries(const T& thing, Out& out) : KeyVisitor<Entries, T>(thing), thing_(thing), out_(out) {}
+
+  template <class B, class M, class Form>
+  void operator()(scene::Name name, M B::*member, const Form& form, const char* unit,
+                  const char* doc) {
+    out_.entry(name, thing_.*member, form_of(form), unit, doc);
+  }
+  template <class M, class Set, class Form>
+  void alias(scene::Name name, const M& initial, const Set&, const Form& form, const char* unit,
+             const char* doc) {
+    out_.entry(name, initial, form_of(form), unit, doc);
+  }
+  template <class Describe>
+  void group(const char* name, const char* doc, const Describe& keys) {
+    out_.group(name, doc, thing_, keys);
+  }
+  void alternatives(const scene::Alternatives& sets, bool one_needed = false) {
+    out_.alternatives(sets, one_needed);
+  }
+
+ private:
+  const T& thing_;
+  Out& out_;
+};
+
+template <class T, class Describe, class Out>
+void pass_on(const T& thing, const Describe& keys, Out& out) {
+  Entries<T, Out> entries(thing, out);
+  keys(entries);
+}
+
+/// The names of the keys of an object, and which of them exclude each other.
+class Outline {
+ public:
+  template <class T, class Describe>
+  Outline(const T& thing, const Describe& keys, const Constant* constant) {
+    if (constant) add(constant->name);
+    pass_on(thing, keys, *this);
+  }
+
+  template <class... A>
+  void entry(scene::Name name, const A&...) {
+    add(name.text);
+  }
+  template <class... A>
+  void group(const char* name, const A&...) {
+    add(name);
+  }
+  void alternatives(const scene::Alternatives& sets, bool one_needed);
+
+  /// \return which of its alternatives `name` is one of, -1: none
+  int alternative(const std::string& name) const;
+  bool exclude(const std::string& a, const std::string& b) const;
+
+  using Sets = std::vector<std::vector<std::string>>;
+  std::vector<std::string> names;
+  Sets needed;  ///< alternatives one of which must be given
+
+ private:
+  void add(const char* name);
+
+  std::vector<Sets> choices_;
+};
+
+// ---- Reading. Values stay as they were where there is an error.
+
+void missing(Reader& reader, const Node& node, const std::string& expected);
+template <class V, class Form>
+void read_value(Reader& reader, const Node& node, V& value, const Form& form);
+
+template <class T, class Describe>
+void read_object(Reader& reader, const Node& node, T& thing, const Describe& keys,
+                 const Constant* constant = nullptr);
+
+/// \return whether the key is given, and its value is good.
+template <class V, class Form>
+bool read_key(Reader& reader, const Node& node, scene::Name name, V& value, const Form& form) {
+  const Node* member = child(node, name.text);
+  const std::size_t errors = reader.errors.size();
+  if (member)
+    reader.within(name.text, [&] { read_value(reader, *member, value, form); });
+  else if (name.is_required)
+    reader.within(name.text, [&] { missing(reader, node, expected<V>(form)); });
+  return member && reader.errors.size() == errors;
+}
+
+template <class T>
+class ObjectReader : public KeyVisitor<ObjectReader<T>, T> {
+ public:
+  ObjectReader(Reader& reader, const Node& node, T& thing)
+      : KeyVisitor<ObjectReader, T>(thing), reader_(reader), node_(node), thing_(thing) {}
+
+  template <class B, class M, class Form>
+  void operator()(scene::Name name, M B::*member, const Form& form, const char*, const char*) {
+    read_key(reader_, node_, name, thing_.*member, form_of(form));
+  }
+  template <class M, class Set, class Form>
+  void alias(scene::Name name, const M& initial, const Set& set, const Form& form, const char*,
+             const char*) {
+    M value = initial;
+    if (read_key(reader_, node_, name, value, form_of(form))) set(thing_, value);
+  }
+  template <class Describe>
+  void group(const char* name, const char*, const Describe& keys) {
+    if (const Node* member = child(node_, name))
+      reader_.within(name, [&] { read_object(reader_, *member, thing_, keys); });
+  }
+
+ private:
+  Reader& reader_;
+  const Node& node_;
+  T& thing_;
+};
+
+/// Refuses keys that the object may not have. \return whether it is one.
+bool begin_object(Reader& reader, const Node& node, const Outline& outline,
+                  const Constant* constant);
+void refuse_alternatives(Reader& reader, const Node& node, const Outline& outline);
+
+template <class T, class Describe>
+void read_object(Reader& reader, const Node& node, T& thing, const Describe& keys,
+                 const Constant* constant) {
+  const Outline outline(thing, keys, constant);
+  if (!begin_object(reader, node, outline, constant)) return;
+  ObjectReader<T> visitor(reader, node, thing);
+  keys(visitor);
+  refuse_alternatives(reader, node, outline);
+}
+
+/// An object of its own: \return whether it has no errors.
+template <class T, class Describe>
+bool read_thing(Reader& reader, const Node& node, T& thing, const Describe& keys,
+                const Constant* constant = nullptr) {
+  const std::size_t errors = reader.errors.size();
+  read_object(reader, node, thing, keys, constant);
+  if (reader.errors.size() == errors) Finish<T>::run(reader, node, thing);
+  return reader.errors.size() == errors;
+}
+
+inline Constant type_constant(const char* name, const char* doc, bool is_usual) {
+  return {"type", name, "", doc, !is_usual};
+}
+
+template <class V>
+void read_variant(Reader& reader, const Node& node, V& value, const scene::Things& form) {
+  const std::size_t errors = reader.errors.size();
+  const std::vector<std::string> names = case_names<V>(form);
+  const Node* type = child(node, "type");
+  const auto found = std::find_if(names.begin(), names.end(), [&](const std::string& name) {
+    return type ? type->value == Json(name) : has_usual_case<V> && name == names[0];
+  });
+  if (!node.value.is_object()) {
+    reader.expected(node, has_usual_case<V> ? "an object" : "an object with a \"type\"");
+  } else if (found != names.end()) {
+    for_cases<V>(form, [&](const char* name, const char* doc, auto thing, const auto& keys,
+                           const auto& store) {
+      if (name != *found) return;
+      const Constant constant = type_constant(name, doc, has_usual_case<V> && name == names[0]);
+      if (read_thing(reader, node, thing, keys, &constant)) value = store(std::move(thing));
+    });
+  } else {
+    reader.within("type", [&] {
+      if (!type) return missing(reader, node, one_of(names));
+      const std::string word = type->value.is_string() ? type->value.get<std::string>() : "";
+      reader.error(*type, fmt::format("expected {}, got {}; {}", one_of(names), quote(*type),
+                                      suggestion(word, names)));
+    });
+  }
+  if (reader.errors.size() > errors) reader.give_up();
+}
+
+template <class V>
+void read_written(Reader& reader, const Node& node, V& value) {
+  using Thing = typename WrittenAs<V>::Thing;
+  Thing thing;
+  read_thing(reader, node, thing, Keys<Thing>{});
+  value = WrittenAs<V>::of(thing);
 }
 
 /// 8000000 or 8e6.
 template <class Integer>
-Kind<Integer> integer(const Range& range) {
-  const std::string expected = describe(range);
-  return {expected,
-          [=](Reader& reader, const Node& node, Integer& value) {
-            constexpr double exact = 9007199254740992.0;  // 2^53: beyond it a float is no count
-            const Json& json = node.value;
-            const double x = json.is_number() ? json.get<double>() : 0.5;
-            const bool whole =
-                json.is_number_integer() || (x == std::floor(x) && std::abs(x) <= exact);
-            if (!whole || !range.contains(x)) return reader.expected(node, expected);
-            value = json.is_number_integer() ? json.get<Integer>() : static_cast<Integer>(x);
-          },
-          [=] { return schema_of(range, "integer"); },
-          [](const Integer& value, const std::string&) { return fmt::format("{}", value); }};
+void read_integer(Reader& reader, const Node& node, Integer& value, const Range& range) {
+  constexpr double exact = 9007199254740992.0;  // 2^53: beyond it a float is no count
+  const Json& json = node.value;
+  const double x = json.is_number() ? json.get<double>() : 0.5;
+  const bool whole = json.is_number_integer() || (x == std::floor(x) && std::abs(x) <= exact);
+  if (!whole || !range.contains(x)) return reader.expected(node, describe(range));
+  value = json.is_number_integer() ? json.get<Integer>() : static_cast<Integer>(x);
 }
 
-inline Kind<std::string> text(const std::string& expected) {
-  return {expected,
-          [=](Reader& reader, const Node& node, std::string& value) {
-            if (!node.value.is_string()) return reader.expected(node, expected);
-            value = node.value.get<std::string>();
-          },
-          [] {
-            return Json{{"type", "string"}};
-          },
-          [](const std::string& value, const std::string&) { return Json(value).dump(); }};
+template <class V, class Form>
+void read_list(Reader& reader, const Node& node, V& values, const Form& form) {
+  if (!node.value.is_array()) return reader.expected(node, "a list");
+  values.resize(node.children.size());
+  for (std::size_t i = 0; i < values.size(); ++i)
+    reader.within(i, [&] { read_value(reader, node.children[i], values[i], form); });
 }
 
-template <class E>
-Kind<E> choice(const std::vector<std::pair<std::string, E>>& choices) {
-  std::vector<std::string> names;
-  for (const auto& [name, value] : choices) names.push_back(name);
-  const std::string expected = fmt::format("\"{}\"", fmt::join(names, "\" or \""));
-  return {expected,
-          [=](Reader& reader, const Node& node, E& value) {
-            for (const auto& [name, meaning] : choices) {
-              if (node.value == name) {
-                value = meaning;
-                return;
-              }
-            }
-            reader.expected(node, expected);
-          },
-          [=] {
-            return Json{{"enum", names}};
-          },
-          [=](const E& value, const std::string&) {
-            for (const auto& [name, meaning] : choices) {
-              if (meaning == value) return '"' + name + '"';
-            }
-            return std::string("null");
-          }};
-}
-
-/// A list of as many elements as `names` names, e.g. "x, y, z". `or_one`: one value alone stands
-/// for all of them.
-template <class V, class E>
-Kind<V> tuple(const std::string& names, const Kind<E>& element, bool or_one = false) {
-  const int count = 1 + static_cast<int>(std::count(names.begin(), names.end(), ','));
-  const std::string expected = or_one ? fmt::format("{}, or [{}] of such", element.expected, names)
-                                      : fmt::format("[{}], each {}", names, element.expected);
-  return {expected,
-          [=](Reader& reader, const Node& node, V& values) {
-            if (or_one && node.value.is_number()) {
-              E one = values[0];
-              element.read(reader, node, one);
-              for (int i = 0; i < count; ++i) values[i] = one;
-            } else if (!node.value.is_array()
-                       || node.children.size() != static_cast<std::size_t>(count)) {
-              reader.expected(node, expected);
-            } else {
-              for (int i = 0; i < count; ++i) {
-                reader.within(i, [&] {
-                  element.read(reader, node.children[static_cast<unsigned>(i)], values[i]);
-                });
-              }
-            }
-          },
-          [=] {
-            const Json list{{"type", "array"},
-                            {"items", element.schema()},
-                            {"minItems", count},
-                            {"maxItems", count}};
-            return or_one ? Json{{"anyOf", {element.schema(), list}}} : list;
-          },
-          [=](const V& values, const std::string& indent) {
-            std::string list;
-            for (int i = 0; i < count; ++i)
-              list += fmt::format("{}{}", i == 0 ? "" : ", ", element.list(values[i], indent));
-            return '[' + list + ']';
-          }};
-}
-
-inline Kind<glm::dvec3> vector(const Range& range) {
-  return tuple<glm::dvec3>("x, y, z", number(range));
-}
-inline Kind<glm::dvec3> color(const Range& range) {
-  return tuple<glm::dvec3>("r, g, b", number(range), true);
-}
-inline Kind<std::array<int, 3>> cells(const Range& range) {
-  return tuple<std::array<int, 3>>("x, y, z", integer<int>(range), true);
-}
-
-/// A value or null, for none.
-template <class V>
-Kind<std::optional<V>> or_null(const Kind<V>& kind) {
-  return {"null, or " + kind.expected,
-          [=](Reader& reader, const Node& node, std::optional<V>& value) {
-            value.reset();
-            if (!node.value.is_null()) kind.read(reader, node, value.emplace());
-          },
-          [=] {
-            return Json{{"anyOf", {Json{{"type", "null"}}, kind.schema()}}};
-          },
-          [=](const std::optional<V>& value, const std::string& indent) {
-            return value ? kind.list(*value, indent) : "null";
-          }};
-}
-
-template <class E>
-Kind<std::vector<E>> list(const Kind<E>& element) {
-  return {"a list",
-          [=](Reader& reader, const Node& node, std::vector<E>& values) {
-            if (!node.value.is_array()) return reader.expected(node, "a list");
-            values.resize(node.children.size());
-            for (std::size_t i = 0; i < values.size(); ++i) {
-              reader.within(i, [&] { element.read(reader, node.children[i], values[i]); });
-            }
-          },
-          [=] {
-            return Json{{"type", "array"}, {"items", element.schema()}};
-          },
-          [=](const std::vector<E>&, const std::string& indent) {
-            if (!element.composite) return std::string("[]");
-            return fmt::format("[\n{0}  {1}\n{0}]", indent, element.list(E{}, indent + "  "));
-          },
-          element.others,
-          element.composite};
-}
-
-// ---- Objects: a table of keys per type. ----
-
-/// One row of the table. Its kind reads into the object that has the key.
-template <class T>
-struct Key {
-  std::string name;
-  Kind<T> kind;
-  std::string unit;
-  std::string doc;
-  bool is_required = false;
-
-  std::string comment() const {
-    std::string text = doc;
-    if (!unit.empty()) text += " [" + unit + "]";
-    if (!kind.expected.empty()) text += "; " + kind.expected;
-    return text + (is_required ? "; required" : "");
-  }
-};
-
-template <class T, class V>
-Key<T> key(const std::string& name, V T::*member, const Kind<V>& kind, const std::string& unit,
-           const std::string& doc) {
-  return {name,
-          {kind.expected,
-           [=](Reader& reader, const Node& node, T& object) {
-             kind.read(reader, node, object.*member);
-           },
-           kind.schema,
-           [=](const T& object, const std::string& indent) {
-             return kind.list(object.*member, indent);
-           },
-           kind.others, kind.composite},
-          unit,
-          doc};
-}
-
-/// A value that the object does not hold as it is written: `set(object, value)` stores it.
-template <class T, class V, class Set>
-Key<T> setter(const std::string& name, const V& initial, const Set& set, const Kind<V>& kind,
-              const std::string& unit, const std::string& doc) {
-  return {
-      name,
-      {kind.expected,
-       [=](Reader& reader, const Node& node, T& object) {
-         V value = initial;
-         const std::size_t errors = reader.errors.size();
-         kind.read(reader, node, value);
-         if (reader.errors.size() == errors) set(object, value);
-       },
-       kind.schema, [=](const T&, const std::string& indent) { return kind.list(initial, indent); },
-       kind.others, kind.composite},
-      unit,
-      doc};
-}
-
-template <class T>
-Key<T> required(Key<T> key) {
-  key.is_required = true;
-  return key;
-}
-
-/// What a table of keys cannot say of each key alone.
-template <class T>
-struct Rules {
-  using Alternatives = std::vector<std::vector<std::string>>;
-
-  /// Sets of keys; keys of different sets exclude each other.
-  Alternatives alternatives = {};
-  bool one_needed = false;  ///< of the alternatives
-  /// Called once all keys are read without an error.
-  std::function<void(Reader&, const Node&, T&)> finish = {};
-  Alternatives second_alternatives = {};  ///< another choice, of other keys
-  bool is_usual = false;                  ///< of a case: the one that is meant without a "type"
-
-  /// \return which of its alternatives `name` is one of, -1: none
-  int alternative(const std::string& name) const {
-    return std::max(index(alternatives, name), index(second_alternatives, name));
-  }
-  bool exclude(const std::string& a, const std::string& b) const {
-    const auto differ = [](int i, int j) { return i >= 0 && j >= 0 && i != j; };
-    return differ(index(alternatives, a), index(alternatives, b))
-           || differ(index(second_alternatives, a), index(second_alternatives, b));
-  }
-
- private:
-  static int index(const Alternatives& sets, const std::string& name) {
-    for (std::size_t i = 0; i < sets.size(); ++i) {
-      const auto& names = sets[i];
-      if (std::find(names.begin(), names.end(), name) != names.end()) return static_cast<int>(i);
+template <class V, class Form>
+void read_tuple(Reader& reader, const Node& node, V& values, const Form& form) {
+  const int count = count_of(names_of(form));
+  if (or_one(form) && node.value.is_number()) {
+    Element<V> one = values[0];
+    read_value(reader, node, one, form);
+    for (int i = 0; i < count; ++i) values[i] = one;
+  } else if (!node.value.is_array() || node.children.size() != static_cast<std::size_t>(count)) {
+    reader.expected(node, expected<V>(form));
+  } else {
+    for (int i = 0; i < count; ++i) {
+      const auto at = static_cast<std::size_t>(i);
+      reader.within(at, [&] { read_value(reader, node.children[at], values[i], form); });
     }
-    return -1;
   }
-};
+}
 
-template <class T>
-class Table {
+template <class V, class Form>
+void read_value(Reader& reader, const Node& node, V& value, const Form& form) {
+  if constexpr (is_list<V>) {
+    read_list(reader, node, value, form);
+  } else if constexpr (std::is_same_v<Form, scene::Things>) {
+    if constexpr (is_variant<V>)
+      read_variant(reader, node, value, form);
+    else if constexpr (is_written<V>)
+      read_written(reader, node, value);
+    else
+      read_thing(reader, node, value, Keys<V>{});
+  } else if constexpr (std::is_same_v<Form, scene::Text>) {
+    if (!node.value.is_string()) return reader.expected(node, form.expected);
+    value = node.value.get<std::string>();
+  } else if constexpr (is_optional<V>) {
+    value.reset();
+    if (!node.value.is_null()) read_value(reader, node, value.emplace(), form);
+  } else if constexpr (requires { value[0]; }) {
+    read_tuple(reader, node, value, form);
+  } else if constexpr (std::is_same_v<Form, scene::Word>) {
+    for (const auto& [word, meaning] : scene::words(scene::Type<V>{})) {
+      if (node.value == word) {
+        value = meaning;
+        return;
+      }
+    }
+    reader.expected(node, expected<V>(form));
+  } else if constexpr (std::is_integral_v<V>) {
+    read_integer(reader, node, value, form.range);
+  } else {
+    const bool good = node.value.is_number() && form.range.contains(node.value.get<double>());
+    if (!good) return reader.expected(node, describe(form.range));
+    value = static_cast<V>(node.value.get<double>());
+  }
+}
+
+// ---- Values as JSON, with comments
+
+/// Has keys of its own.
+template <class Form>
+inline constexpr bool is_composite = std::is_same_v<Form, scene::Things>;
+
+template <class T, class Describe>
+std::string list_of_object(const T& thing, const std::string& indent, const Describe& keys,
+                           const Constant* constant = nullptr);
+
+template <class V>
+std::string list_of_case(const scene::Things& form, std::size_t at, const std::string& indent) {
+  std::string list;
+  std::size_t i = 0;
+  for_cases<V>(form, [&](const char* name, const char* doc, const auto& thing, const auto& keys,
+                         const auto&) {
+    if (i++ != at) return;
+    const Constant constant = type_constant(name, doc, has_usual_case<V> && at == 0);
+    list = list_of_object(thing, indent, keys, &constant);
+  });
+  return list;
+}
+
+template <class V, class Form>
+std::string list_of(const V& value, const Form& form, const std::string& indent) {
+  if constexpr (is_list<V>) {
+    if constexpr (!is_composite<Form>) return "[]";
+    const typename V::value_type element{};
+    return fmt::format("[\n{0}  {1}\n{0}]", indent, list_of(element, form, indent + "  "));
+  } else if constexpr (is_composite<Form>) {
+    if constexpr (is_variant<V>)
+      return list_of_case<V>(form, 0, indent);
+    else if constexpr (is_written<V>)
+      return list_of(typename WrittenAs<V>::Thing{}, form, indent);
+    else
+      return list_of_object(value, indent, Keys<V>{});
+  } else if constexpr (std::is_same_v<Form, scene::Text>) {
+    return Json(value).dump();
+  } else if constexpr (is_optional<V>) {
+    return value ? list_of(*value, form, indent) : "null";
+  } else if constexpr (requires { value[0]; }) {
+    std::string list;
+    for (int i = 0; i < count_of(names_of(form)); ++i)
+      list += (i == 0 ? "" : ", ") + list_of(value[i], form, indent);
+    return '[' + list + ']';
+  } else if constexpr (std::is_same_v<Form, scene::Word>) {
+    for (const auto& [word, meaning] : scene::words(scene::Type<V>{}))
+      if (meaning == value) return fmt::format("\"{}\"", word);
+    return "null";
+  } else {
+    return fmt::format("{}", value);
+  }
+}
+
+std::string as_alternative(const std::string& block, const std::string& indent);
+
+/// Comments that say what else the value may be.
+template <class V>
+std::string others(const scene::Things& form, const std::string& indent) {
+  std::string out;
+  if constexpr (is_list<V>) {
+    out = others<typename V::value_type>(form, indent);
+  } else if constexpr (is_variant<V>) {
+    for (std::size_t i = 1; i < case_names<V>(form).size(); ++i)
+      out += as_alternative(list_of_case<V>(form, i, ""), indent);
+  }
+  return out;
+}
+
+class ObjectLister {
  public:
-  Table(std::vector<Key<T>> keys, Rules<T> rules)
-      : keys_(std::move(keys)), rules_(std::move(rules)) {}
+  ObjectLister(const Outline& outline, const std::string& indent);
 
-  void read(Reader& reader, const Node& node, T& object) const {
-    if (!node.value.is_object()) return reader.expected(node, "an object");
-    const std::size_t errors = reader.errors.size();
-    refuse_strange_keys(reader, node);
-    for (const Key<T>& key : keys_) {
-      reader.within(key.name, [&] {
-        if (const Node* member = child(node, key.name)) {
-          key.kind.read(reader, *member, object);
-        } else if (key.is_required) {
-          const std::string& expected = key.kind.expected;
-          reader.error(node, expected.empty() ? "missing" : "missing; expected " + expected);
-        }
-      });
-    }
-    refuse_alternatives(reader, node);
-    if (rules_.finish && reader.errors.size() == errors) rules_.finish(reader, node, object);
+  template <class M, class Form>
+  void entry(scene::Name name, const M& value, const Form& form, const char* unit,
+             const char* doc) {
+    const std::string remark = comment(name, unit, doc, expected<M>(form)),
+                      list = list_of(value, form, indent_);
+    if constexpr (is_composite<Form>)
+      block(name.text, others<M>(form, indent_), list, remark);
+    else
+      line(name.text, list, remark);
   }
+  template <class T, class Describe>
+  void group(const char* name, const char* doc, const T& thing, const Describe& keys) {
+    block(name, "", list_of_object(thing, indent_, keys), doc);
+  }
+  void alternatives(const scene::Alternatives&, bool) {}
+  void constant(const Constant& c);
 
-  Json schema() const {
-    Json properties = Json::object(), required_names = Json::array(), exclusions = Json::array();
-    for (const Key<T>& key : keys_) {
-      Json property = key.kind.schema();
-      if (!key.doc.empty())
-        property["description"] = key.unit.empty() ? key.doc : key.doc + " [" + key.unit + "]";
-      const int alternative = rules_.alternative(key.name);
-      if (key.is_required) {
-        required_names.push_back(key.name);
-      } else if (!key.kind.composite && alternative < 0) {
-        property["default"] = Json::parse(key.kind.list(T{}, ""));
-      }
-      properties[key.name] = std::move(property);
-      for (const Key<T>& other : keys_) {
-        if (rules_.exclude(key.name, other.name) && rules_.alternative(other.name) > alternative) {
-          exclusions.push_back({{"not", {{"required", {key.name, other.name}}}}});
-        }
-      }
-    }
-    Json schema{{"type", "object"}, {"properties", properties}, {"additionalProperties", false}};
-    if (!required_names.empty()) schema["required"] = required_names;
-    if (!exclusions.empty()) schema["allOf"] = exclusions;
-    if (rules_.one_needed) {
-      for (const auto& names : rules_.alternatives)
-        schema["anyOf"].push_back({{"required", names}});
-    }
-    return schema;
-  }
-
-  std::string list(const T& object, const std::string& indent) const {
-    const std::string inner = indent + "  ";
-    // Shown as a comment, beside the keys that it excludes.
-    const auto spare = [&](const Key<T>& key) { return rules_.alternative(key.name) > 0; };
-    const Key<T>* last = nullptr;
-    for (const Key<T>& key : keys_) {
-      if (!spare(key)) last = &key;
-    }
-    std::string out = "{\n";
-    for (const Key<T>& key : keys_) {
-      const std::string value = fmt::format("\"{}\": {}", key.name, key.kind.list(object, inner));
-      const char* comma = &key == last || spare(key) ? "" : ",";
-      if (key.kind.composite) {
-        out += fmt::format("{}// {}\n", inner, key.comment());
-        if (key.kind.others) out += key.kind.others(inner);
-        out += fmt::format("{}{}{}\n", inner, value, comma);
-      } else {
-        out += fmt::format("{}{}{}{}  // {}\n", inner, spare(key) ? "// or " : "", value, comma,
-                           key.comment());
-      }
-    }
-    return out + indent + "}";
-  }
+  std::string text;
 
  private:
-  void refuse_strange_keys(Reader& reader, const Node& node) const {
-    std::vector<std::string> known;
-    for (const Key<T>& key : keys_) known.push_back(key.name);
-    for (const Node& member : node.children) {
-      reader.within(member.key, [&] {
-        if (std::find(known.begin(), known.end(), member.key) == known.end()) {
-          return reader.error_at_key(member,
-                                     fmt::format("unknown key; {}", suggestion(member.key, known)));
-        }
-        const Node* first = child(node, member.key);
-        if (first == &member) return;
-        reader.error_at_key(member, fmt::format("given twice, first at {}",
-                                                place(*first->source, first->key_offset)));
+  static std::string comment(scene::Name name, const std::string& unit, const std::string& doc,
+                             const std::string& what);
+  void block(const std::string& name, const std::string& alternatives, const std::string& list,
+             const std::string& remark);
+  void line(const std::string& name, const std::string& list, const std::string& remark);
+  /// Shown as a comment, beside the keys that it excludes.
+  bool is_spare(const std::string& name) const;
+  const char* comma(const std::string& name) const;
+
+  const Outline& outline_;
+  const std::string indent_;
+  std::string last_;
+};
+
+template <class T, class Describe>
+std::string list_of_object(const T& thing, const std::string& indent, const Describe& keys,
+                           const Constant* constant) {
+  const Outline outline(thing, keys, constant);
+  ObjectLister lister(outline, indent + "  ");
+  if (constant) lister.constant(*constant);
+  pass_on(thing, keys, lister);
+  return "{\n" + lister.text + indent + "}";
+}
+
+// ---- JSON Schema
+
+template <class T, class Describe>
+Json schema_of_object(const T& thing, const Describe& keys, const Constant* constant = nullptr);
+
+Json schema_of(const Range& range, const char* type);
+
+template <class V, class Form>
+Json schema_of(const Form& form) {
+  if constexpr (is_list<V>) {
+    return {{"type", "array"}, {"items", schema_of<typename V::value_type>(form)}};
+  } else if constexpr (is_composite<Form>) {
+    if constexpr (is_variant<V>) {
+      Json schema{{"oneOf", Json::array()}};
+      for_cases<V>(form, [&](const char* name, const char* doc, const auto& thing, const auto& keys,
+                             const auto&) {
+        const Constant constant =
+            type_constant(name, doc, has_usual_case<V> && schema["oneOf"].empty());
+        schema["oneOf"].push_back(schema_of_object(thing, keys, &constant));
       });
+      return schema;
+    } else if constexpr (is_written<V>) {
+      return schema_of<typename WrittenAs<V>::Thing>(form);
+    } else {
+      return schema_of_object(V{}, Keys<V>{});
     }
+  } else if constexpr (std::is_same_v<Form, scene::Text>) {
+    return {{"type", "string"}};
+  } else if constexpr (is_optional<V>) {
+    return {{"anyOf", {Json{{"type", "null"}}, schema_of<typename V::value_type>(form)}}};
+  } else if constexpr (requires(V v) { v[0]; }) {
+    const Json each = schema_of<Element<V>>(form);
+    const int count = count_of(names_of(form));
+    const Json list{{"type", "array"}, {"items", each}, {"minItems", count}, {"maxItems", count}};
+    return or_one(form) ? Json{{"anyOf", {each, list}}} : list;
+  } else if constexpr (std::is_same_v<Form, scene::Word>) {
+    return {{"enum", names_of<V>()}};
+  } else {
+    return schema_of(form.range, std::is_integral_v<V> ? "integer" : "number");
   }
+}
 
-  void refuse_alternatives(Reader& reader, const Node& node) const {
-    for (const Node& member : node.children) {
-      for (const Node& other : node.children) {
-        if (&other == &member) break;
-        if (!rules_.exclude(member.key, other.key)) continue;
-        reader.within(member.key, [&] {
-          reader.error_at_key(member,
-                              fmt::format("cannot be given together with \"{}\"", other.key));
-        });
-        break;
-      }
-    }
-    if (!rules_.one_needed) return;
-    for (const auto& alternative : rules_.alternatives) {
-      for (const std::string& name : alternative)
-        if (child(node, name)) return;
-    }
-    std::vector<std::string> names;
-    for (const auto& alternative : rules_.alternatives) names.push_back(alternative.front());
-    reader.error(node, fmt::format("missing \"{}\"", fmt::join(names, "\" or \"")));
+class ObjectSchema {
+ public:
+  explicit ObjectSchema(const Outline& outline) : outline_(outline) {}
+
+  template <class M, class Form>
+  void entry(scene::Name name, const M& value, const Form& form, const char* unit,
+             const char* doc) {
+    const bool has_default =
+        !is_composite<Form> && !name.is_required && outline_.alternative(name.text) < 0;
+    add(name, schema_of<M>(form), unit, doc, has_default ? list_of(value, form, "") : "");
   }
+  template <class T, class Describe>
+  void group(const char* name, const char* doc, const T& thing, const Describe& keys) {
+    add(name, schema_of_object(thing, keys), "", doc, "");
+  }
+  void alternatives(const scene::Alternatives&, bool) {}
+  void constant(const Constant& c);
 
-  std::vector<Key<T>> keys_;
-  Rules<T> rules_;
+  Json whole() const;
+
+ private:
+  void add(scene::Name name, Json property, const std::string& unit, const std::string& doc,
+           const std::string& initial);
+
+  const Outline& outline_;
+  Json properties_ = Json::object(), required_ = Json::array();
 };
 
-template <class T>
-Kind<T> object(std::vector<Key<T>> keys, Rules<T> rules = {}) {
-  const auto table = std::make_shared<const Table<T>>(std::move(keys), std::move(rules));
-  return {"",
-          [=](Reader& reader, const Node& node, T& value) { table->read(reader, node, value); },
-          [=] { return table->schema(); },
-          [=](const T& value, const std::string& indent) { return table->list(value, indent); },
-          {},
-          true};
-}
-
-/// Keys that the file gathers in an object of their own, and the program does not.
-template <class T>
-Key<T> group(const std::string& name, std::vector<Key<T>> keys, const std::string& doc) {
-  return {name, object<T>(std::move(keys)), "", doc};
-}
-
-// ---- Variants: objects whose key "type" says which other keys they have. ----
-
-template <class V>
-struct Case {
-  std::string name;
-  Kind<V> kind;
-  bool is_usual = false;  ///< meant without a "type"
-};
-
-/// \param store makes a V from the P that the keys fill in.
-template <class V, class P>
-Case<V> one(
-    const std::string& name, const std::string& doc, std::vector<Key<P>> keys, Rules<P> rules = {},
-    const std::function<V(P&&)>& store = [](P&& value) { return V(std::move(value)); }) {
-  const Kind<P> type{"", [](Reader&, const Node&, P&) {},
-                     [=] {
-                       return Json{{"const", name}};
-                     },
-                     [=](const P&, const std::string&) { return '"' + name + '"'; }};
-  const bool is_usual = rules.is_usual;
-  keys.insert(keys.begin(), Key<P>{"type", type, "", doc, !is_usual});
-  const Kind<P> whole = object<P>(std::move(keys), std::move(rules));
-  return {
-      name,
-      {"",
-       [=](Reader& reader, const Node& node, V& value) {
-         P read{};
-         const std::size_t errors = reader.errors.size();
-         whole.read(reader, node, read);
-         if (reader.errors.size() == errors) value = store(std::move(read));
-       },
-       whole.schema, [=](const V&, const std::string& indent) { return whole.list(P{}, indent); }},
-      is_usual};
-}
-
-inline std::string as_alternative(const std::string& block, const std::string& indent) {
-  std::string out = indent + "// or ";
-  for (const char c : block) {
-    out += c;
-    if (c == '\n') out += indent + "// ";
-  }
-  return out + '\n';
-}
-
-/// The first case is the default's.
-template <class V>
-Kind<V> variant(const std::vector<Case<V>>& cases) {
-  std::vector<std::string> names;
-  for (const Case<V>& c : cases) names.push_back(c.name);
-  const std::string expected = fmt::format("\"{}\"", fmt::join(names, "\" or \""));
-  return {
-      "",
-      [=](Reader& reader, const Node& node, V& value) {
-        const std::size_t errors = reader.errors.size();
-        const Node* type = child(node, "type");
-        const auto usual =
-            std::find_if(cases.begin(), cases.end(), [](const Case<V>& c) { return c.is_usual; });
-        if (!node.value.is_object()) {
-          reader.expected(node, usual == cases.end() ? "an object with a \"type\"" : "an object");
-        } else if (!type && usual != cases.end()) {
-          usual->kind.read(reader, node, value);
-        } else if (!type) {
-          reader.within("type", [&] { reader.error(node, "missing; expected " + expected); });
-        } else if (const auto found =
-                       std::find_if(names.begin(), names.end(),
-                                    [&](const auto& n) { return type->value == Json(n); });
-                   found != names.end()) {
-          cases[static_cast<std::size_t>(found - names.begin())].kind.read(reader, node, value);
-        } else {
-          const std::string word =
-              type->value.is_string() ? type->value.template get<std::string>() : "";
-          reader.within("type", [&] {
-            reader.error(*type, fmt::format("expected {}, got {}; {}", expected, quote(*type),
-                                            suggestion(word, names)));
-          });
-        }
-        if (reader.errors.size() > errors) reader.give_up();
-      },
-      [=] {
-        Json schema{{"oneOf", Json::array()}};
-        for (const Case<V>& c : cases) schema["oneOf"].push_back(c.kind.schema());
-        return schema;
-      },
-      [=](const V& value, const std::string& indent) { return cases[0].kind.list(value, indent); },
-      [=](const std::string& indent) {
-        std::string out;
-        for (std::size_t i = 1; i < cases.size(); ++i)
-          out += as_alternative(cases[i].kind.list(V{}, ""), indent);
-        return out;
-      },
-      true};
+template <class T, class Describe>
+Json schema_of_object(const T& thing, const Describe& keys, const Constant* constant) {
+  const Outline outline(thing, keys, constant);
+  ObjectSchema object(outline);
+  if (constant) object.constant(*constant);
+  pass_on(thing, keys, object);
+  return object.whole();
 }
 
 }  // namespace tyndall::io

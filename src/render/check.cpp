@@ -17,6 +17,7 @@
 #include "render/cube_root.h"
 #include "render/phase.h"
 #include "render/scene_values.h"
+#include "scene/scene.h"
 #include "tyndall/base/math.h"
 #include "tyndall/medium/noise.h"
 #include "tyndall/render/image.h"
@@ -208,6 +209,68 @@ constexpr double parallel = 1e-6;
 /// [degree] across a sun's disc, in which single precision still resolves directions.
 constexpr double least_sun_angle = 0.01;
 
+/// Whether a key's path is `key`, or an element of it.
+bool is_of(const std::string& path, const std::string& key) {
+  return path.starts_with(key) && (path.size() == key.size() || path[key.size()] == '[');
+}
+
+/// Reports the numbers of a thing that are out of their ranges. Things within it are not visited.
+template <class T>
+class RangeChecker : public scene::Visitor<RangeChecker<T>> {
+ public:
+  /// \param path what keys are added to
+  RangeChecker(const T& thing, std::string path, std::vector<Problem>& errors)
+      : thing_(thing), path_(std::move(path)), errors_(errors) {}
+
+  template <class M, class Form>
+  void operator()(scene::Name name, M T::*member, const Form& form, const char*, const char*) {
+    if constexpr (requires { form_of(form).range; })
+      value(path_ + name.text, thing_.*member, form_of(form).range);
+  }
+  template <class M>
+  void unwritten(M T::*) {}
+  void part(const char* name, double T::*member, const Range& range) {
+    value(path_ + name, thing_.*member, range);
+  }
+  void optional(scene::Name name, double T::*member, double, const Range& range, const char*,
+                const char*) {
+    if (thing_.*member != 0) value(path_ + name.text, thing_.*member, range);
+  }
+  template <class Describe>
+  void group(const char* name, const char*, const Describe& keys) {
+    RangeChecker inner(thing_, path_ + name + ".", errors_);
+    keys(inner);
+  }
+  template <class E, class Describe>
+  void when(E T::*kind, E value, const char*, const Describe& keys) {
+    if (thing_.*kind == value) keys(*this);
+  }
+  template <class M>
+  void faces(M T::*member, const scene::Numbers& form, const char*) {
+    for (std::size_t face = 0; face < scene::face_names.size(); ++face)
+      value(path_ + scene::face_names[face], (thing_.*member)[face], form.range);
+  }
+
+ private:
+  template <class V>
+  void value(const std::string& path, const V& v, const Range& range) {
+    if constexpr (std::is_arithmetic_v<V>) {
+      if (range.contains(static_cast<double>(v))) return;
+      errors_.push_back({path, fmt::format("expected {}, got {}", describe(range), v), {}});
+    } else if constexpr (requires { v.has_value(); }) {
+      if (v) value(path, *v, range);
+    } else if constexpr (requires { v.length(); }) {
+      for (int i = 0; i < v.length(); ++i) value(fmt::format("{}[{}]", path, i), v[i], range);
+    } else if constexpr (requires { std::tuple_size<V>::value; }) {
+      for (std::size_t i = 0; i < v.size(); ++i) value(fmt::format("{}[{}]", path, i), v[i], range);
+    }  // lists of any length are checked where they are read
+  }
+
+  const T& thing_;
+  const std::string path_;
+  std::vector<Problem>& errors_;
+};
+
 class Checker {
  public:
   explicit Checker(const Scene& scene) : scene_(scene) {}
@@ -216,6 +279,7 @@ class Checker {
     medium();
     for (std::size_t i = 0; i < scene_.lights.size(); ++i)
       light(fmt::format("lights[{}]", i), scene_.lights[i]);
+    ranges("", scene_);
     something_shines();
     camera();
     work();
@@ -231,29 +295,22 @@ class Checker {
     problems_.warnings.push_back({path, message, {}});
   }
 
-  // The functions below return whether the value may be used in further checks.
-
-  template <class Number>
-  bool number(const std::string& path, Number value, const Range& range) {
-    if (range.contains(static_cast<double>(value))) return true;
-    error(path, fmt::format("expected {}, got {}", describe(range), value));
-    return false;
+  template <class T>
+  void ranges(const std::string& path, const T& thing) {
+    RangeChecker<T> checker(thing, path.empty() ? "" : path + ".", problems_.errors);
+    scene::visit_keys<T>(checker);
   }
-
-  template <class Vector>
-  bool numbers(const std::string& path, const Vector& values, int count, const Range& range) {
-    bool good = true;
-    for (int i = 0; i < count; ++i) {
-      good =
-          number(fmt::format("{}[{}]", path, i), values[static_cast<unsigned>(i)], range) && good;
-    }
-    return good;
+  /// \return whether no error was found of the key at `path`: it may be used in further checks.
+  bool is_good(const std::string& path) const {
+    return std::none_of(problems_.errors.begin(), problems_.errors.end(),
+                        [&](const Problem& error) { return is_of(error.path, path); });
   }
-  bool vector(const std::string& path, const glm::dvec3& value, const Range& range) {
-    return numbers(path, value, 3, range);
+  void number(const std::string& path, double value, const Range& range) {
+    if (!range.contains(value))
+      error(path, fmt::format("expected {}, got {}", describe(range), value));
   }
   bool direction(const std::string& path, const glm::dvec3& value) {
-    if (!vector(path, value, limits::coordinate)) return false;
+    if (!is_good(path)) return false;
     if (glm::length(value) >= limits::size.low) return true;
     error(path, "a direction must have a length, got [0, 0, 0] or nearly so");
     return false;
@@ -276,13 +333,9 @@ class Checker {
 
   void medium() {
     const Medium& m = scene_.medium;
-    if (vector("medium.box.min", m.box_min, limits::coordinate)
-        && vector("medium.box.max", m.box_max, limits::coordinate)) {
-      box();
-    }
+    ranges("medium", m);
+    if (is_good("medium.box.min") && is_good("medium.box.max")) box();
     ground();
-    numbers("medium.majorants.resolution", m.majorant_resolution, 3, limits::majorants);
-
     if (m.components.empty()) {
       error("medium.components",
             "expected at least one component: a medium of nothing has nothing to show");
@@ -343,7 +396,6 @@ class Checker {
       const std::optional<glm::dvec3>& albedo = scene_.medium.ground[f];
       if (!albedo) continue;
       const std::string path = fmt::format("medium.ground.{}", face_names[f]);
-      vector(path, *albedo, limits::albedo);
       if (!open(face / 2))
         error(path, fmt::format("this face is no end of the medium, which is periodic along {}: "
                                 "expected \"open\" in medium.sides",
@@ -377,8 +429,8 @@ class Checker {
 
   void component(const std::string& path, const scene::Component& c) {
     const std::size_t errors = problems_.errors.size();
-    if (number(path + ".extinction", c.extinction, limits::extinction)) extinction(path, c);
-    vector(path + ".albedo", c.albedo, limits::albedo);
+    ranges(path, c);
+    if (is_good(path + ".extinction")) extinction(path, c);
     phase(path + ".phase", c.phase);
     transform(path + ".transform", c.transform);
     field(path + ".field", c, c.field);
@@ -409,13 +461,7 @@ class Checker {
   }
 
   void phase(const std::string& path, const scene::Phase& phase) {
-    if (const auto* hg = std::get_if<HenyeyGreensteinPhase>(&phase))
-      number(path + ".g", hg->g, limits::g);
-    if (const auto* lobes = std::get_if<TwoLobesPhase>(&phase)) {
-      number(path + ".g1", lobes->g1, limits::g);
-      number(path + ".g2", lobes->g2, limits::g);
-      number(path + ".weight", lobes->weight, limits::lobe_weight);
-    }
+    std::visit([&](const auto& p) { ranges(path, p); }, phase);
     if (const auto* tabulated = std::get_if<TabulatedPhase>(&phase)) {
       if (!tabulated->table) return error(path + ".file", "no table");
       const PhaseTableProblem problem = phase_table_problem(*tabulated->table);
@@ -459,16 +505,14 @@ class Checker {
 
   void emission(const std::string& path, const scene::Component& c) {
     if (std::holds_alternative<NoEmission>(c.emission)) return;
+    std::visit([&](const auto& e) { ranges(path, e); }, c.emission);
     if (const auto* color = std::get_if<ColorEmission>(&c.emission)) {
-      if (vector(path + ".radiance", color->radiance, limits::light)
-          && largest(color->radiance) == 0)
+      if (is_good(path + ".radiance") && largest(color->radiance) == 0)
         warning(path, "this emission is black");
       field(path + ".field", c, color->field);
     }
-    if (const auto* body = std::get_if<BlackbodyEmission>(&c.emission)) {
-      number(path + ".intensity", body->intensity, limits::light);
+    if (const auto* body = std::get_if<BlackbodyEmission>(&c.emission))
       field(path + ".temperature", c, body->temperature);
-    }
     if (std::min({c.albedo.x, c.albedo.y, c.albedo.z}) >= 1)
       error(path,
             "matter emits as it absorbs, and with albedo 1 it absorbs nothing: give the component "
@@ -558,32 +602,17 @@ class Checker {
 
   template <class Body>
   void body(const std::string& path, const Body& shape) {
-    std::visit([&](const auto& s) { this->shape(path, s); }, shape);
+    std::visit(
+        [&](const auto& s) {
+          ranges(path, s);
+          this->shape(path, s);
+        },
+        shape);
   }
-  void shape(const std::string&, const Everywhere&) {}
-  void shape(const std::string& path, const Sphere& s) {
-    vector(path + ".center", s.center, limits::coordinate);
-    number(path + ".radius", s.radius, limits::size);
-  }
-  void shape(const std::string& path, const Ellipsoid& s) {
-    vector(path + ".center", s.center, limits::coordinate);
-    vector(path + ".radii", s.radii, limits::size);
-  }
-  void shape(const std::string& path, const Layer& s) {
-    number(path + ".height", s.height, limits::coordinate);
-    number(path + ".thickness", s.thickness, limits::size);
-  }
-  void shape(const std::string& path, const Plume& s) {
-    vector(path + ".base", s.base, limits::coordinate);
-    number(path + ".height", s.height, limits::size);
-    number(path + ".radius_base", s.radius_base, limits::size);
-    number(path + ".radius_top", s.radius_top, limits::size);
-    numbers(path + ".lean", s.lean, 2, limits::coordinate);
-  }
+  template <class Shape>
+  void shape(const std::string&, const Shape&) {}
   void shape(const std::string& path, const Cuboid& s) {
-    if (!vector(path + ".min", s.min, limits::coordinate)
-        || !vector(path + ".max", s.max, limits::coordinate))
-      return;
+    if (!is_good(path + ".min") || !is_good(path + ".max")) return;
     for (int a = 0; a < 3; ++a) {
       if (s.max[a] <= s.min[a]) {
         error(path + ".max", fmt::format("expected max above min, got {} from {} to {}",
@@ -591,29 +620,16 @@ class Checker {
       }
     }
   }
-  void shape(const std::string& path, const Torus& s) {
-    vector(path + ".center", s.center, limits::coordinate);
-    number(path + ".ring_radius", s.ring_radius, limits::size);
-    number(path + ".tube_radius", s.tube_radius, limits::size);
-  }
-  void shape(const std::string& path, const Capsule& s) {
-    vector(path + ".a", s.a, limits::coordinate);
-    vector(path + ".b", s.b, limits::coordinate);
-    number(path + ".radius", s.radius, limits::size);
-  }
 
   void noise(const std::string& path, const scene::NoiseCloud& cloud) {
-    number(path + ".octaves", cloud.octaves, limits::octaves);
-    number(path + ".gain", cloud.gain, limits::gain);
-    number(path + ".contrast", cloud.contrast, limits::contrast);
-    number(path + ".coverage", cloud.coverage, limits::coverage);
-    number(path + ".falloff", cloud.falloff, limits::falloff);
+    ranges(path, cloud);
     body(path + ".body", cloud.body);
   }
 
   void dense_grid(const std::string& path, const scene::DenseGrid& grid) {
+    ranges(path, grid);
     remap(path + ".remap", grid.remap);
-    if (!numbers(path + ".size", grid.size, 3, limits::voxels)) return;
+    if (!is_good(path + ".size")) return;
     if (const std::string problem = grid_problem(grid); !problem.empty())
       error(path + ".values", problem);
   }
@@ -650,12 +666,9 @@ class Checker {
   }
 
   void remap(const std::string& path, const scene::Remap& r) {
-    number(path + ".scale", r.scale, limits::remap);
-    number(path + ".offset", r.offset, limits::remap);
-    if (number(path + ".clamp[0]", r.low, limits::density)
-        && number(path + ".clamp[1]", r.high, limits::density) && r.low > r.high)
+    ranges(path, r);
+    if (is_good(path + ".clamp") && r.low > r.high)
       error(path + ".clamp", fmt::format("expected low, high, got {} above {}", r.low, r.high));
-    number(path + ".gamma", r.gamma, limits::gamma);
   }
 
   // ---- Lights
@@ -663,6 +676,7 @@ class Checker {
   void light(const std::string& path, const Light& light) {
     std::visit(
         [&](const auto& l) {
+          ranges(path, l);
           this->light(path, l);
           group(path + ".group", l.group);
         },
@@ -682,41 +696,34 @@ class Checker {
   }
 
   void emission(const std::string& path, const glm::dvec3& amount) {
-    if (vector(path, amount, limits::light) && largest(amount) == 0)
-      warning(path, "this light is black");
+    if (is_good(path) && largest(amount) == 0) warning(path, "this light is black");
   }
 
   void light(const std::string& path, const PointLight& l) {
     emission(path + ".power", l.power);
-    if (vector(path + ".position", l.position, limits::coordinate))
-      place(path, "position", "point", l.position, glm::dvec3(0));
+    if (is_good(path + ".position")) place(path, "position", "point", l.position, glm::dvec3(0));
   }
 
   void light(const std::string& path, const SpotLight& l) {
     emission(path + ".intensity", l.intensity);
     direction(path + ".direction", l.direction);
-    number(path + ".angle", l.angle, limits::spot_angle);
-    number(path + ".edge", l.edge, limits::spot_edge);
-    if (vector(path + ".position", l.position, limits::coordinate))
-      place(path, "position", "spot", l.position, glm::dvec3(0));
+    if (is_good(path + ".position")) place(path, "position", "spot", l.position, glm::dvec3(0));
   }
 
   void light(const std::string& path, const RectangleLight& l) {
     emission(path + ".radiance", l.radiance);
-    const bool placed = vector(path + ".center", l.center, limits::coordinate);
     if (!direction(path + ".edge_u", l.edge_u) || !direction(path + ".edge_v", l.edge_v)) return;
     const double lengths = glm::length(l.edge_u) * glm::length(l.edge_v);
     if (glm::length(glm::cross(l.edge_u, l.edge_v)) < 1e-3 * lengths)
       return error(path + ".edge_v", "parallel to edge_u: they must span an area");
-    if (placed)
+    if (is_good(path + ".center"))
       place(path, "center", "rectangle", l.center,
             0.5 * (magnitudes(l.edge_u) + magnitudes(l.edge_v)));
   }
 
   void light(const std::string& path, const SphereLight& l) {
     emission(path + ".radiance", l.radiance);
-    if (vector(path + ".center", l.center, limits::coordinate)
-        && number(path + ".radius", l.radius, limits::size))
+    if (is_good(path + ".center") && is_good(path + ".radius"))
       place(path, "center", "sphere", l.center, glm::dvec3(l.radius));
   }
 
@@ -771,8 +778,7 @@ class Checker {
 
   void light(const std::string& path, const DirectionalLight& l) {
     emission(path + ".irradiance", l.irradiance);
-    if (number(path + ".angle", l.angle, limits::sun_angle) && l.angle > 0
-        && l.angle < least_sun_angle)
+    if (is_good(path + ".angle") && l.angle > 0 && l.angle < least_sun_angle)
       error(path + ".angle", fmt::format("expected 0, for parallel light, or at least {}, got {}",
                                          least_sun_angle, l.angle));
     if (!direction(path + ".direction", l.direction)) return;
@@ -787,16 +793,13 @@ class Checker {
 
   void light(const std::string& path, const EnvironmentLight& l) {
     if (!l.image) emission(path + ".radiance", l.radiance);
-    if (number(path + ".scale", l.scale, limits::image_scale) && l.scale == 0)
-      warning(path + ".scale", "this light is black");
+    if (l.scale == 0) warning(path + ".scale", "this light is black");
     if (l.image && l.image->largest() == 0) warning(path + ".image", "this light is black");
-    number(path + ".rotation", l.rotation, limits::angle);
     if (!any_open()) error(path, "an environment shines in through open sides, and there are none");
   }
 
   void something_shines() {
     const glm::dvec3& background = scene_.background;
-    vector("background", background, limits::light);
     const auto shines = [](const Light& light) {
       return std::visit(
           Overloaded{[](const PointLight& l) { return largest(l.power) > 0; },
@@ -831,14 +834,12 @@ class Checker {
 
   void camera() {
     const scene::Camera& c = scene_.camera;
+    ranges("camera", c);
     if (c.projection == Projection::perspective) lens(c);
-    if (c.projection == Projection::orthographic) number("camera.width", c.width, limits::size);
-    if (numbers("camera.resolution", c.resolution, 2, limits::pixels)) crop(c);
-    number("film.filter_radius", scene_.filter_radius, limits::filter_radius);
+    if (is_good("camera.resolution")) crop(c);
     if (c.matrix) return camera_matrix(*c.matrix);
     const bool upright = direction("camera.up", c.up);
-    const bool placed = vector("camera.position", c.position, limits::coordinate);
-    if (!vector("camera.look_at", c.look_at, limits::coordinate) || !placed) return;
+    if (!is_good("camera.position") || !is_good("camera.look_at")) return;
     const glm::dvec3 view = c.look_at - c.position;
     if (glm::length(view) < limits::size.low) {
       return error("camera.look_at",
@@ -852,14 +853,9 @@ class Checker {
   }
 
   void lens(const scene::Camera& c) {
-    number("camera.fov", c.fov, limits::fov);
-    if (c.focal_length != 0) number("camera.focal_length", c.focal_length, limits::size);
-    number("camera.film_width", c.film_width, limits::size);
-    number("camera.aperture_radius", c.aperture_radius, limits::lens);
-    const bool focused = number("camera.focus_distance", c.focus_distance, limits::lens);
-    if (focused && c.focus_distance > 0)
+    if (is_good("camera.focus_distance") && c.focus_distance > 0)
       number("camera.focus_distance", c.focus_distance, limits::size);
-    if (focused && c.focus_distance == 0 && c.aperture_radius > 0 && c.matrix)
+    if (c.focus_distance == 0 && c.aperture_radius > 0 && c.matrix)
       error("camera.focus_distance",
             "an open lens needs one: with a matrix there is no look_at to focus on");
   }
@@ -879,7 +875,8 @@ class Checker {
     for (int column = 0; column < 4; ++column) {
       for (int row = 0; row < 4; ++row) {
         const std::string element = fmt::format("{}[{}]", path, 4 * row + column);
-        if (!number(element, m[column][row], limits::coordinate)) return;
+        number(element, m[column][row], limits::coordinate);
+        if (!is_good(element)) return;
       }
     }
     if (!affine(path, m)) return;
@@ -927,17 +924,8 @@ class Checker {
   }
 
   void work() {
-    number("photons.count", scene_.photons, limits::photons);
-    numbers("photons.illumination.resolution", scene_.illumination_resolution, 3,
-            limits::illumination);
-    number("photons.illumination.order", scene_.illumination_order, limits::order);
     coarse_cells();
-    number("gather.samples", scene_.samples, limits::samples);
-    if (scene_.bounces) number("gather.bounces", *scene_.bounces, limits::bounces);
-    number("preview.exposure", scene_.exposure, limits::exposure);
-    if (number("marching_step", scene_.marching_step, limits::marching_step)
-        && scene_.marching_step > 0)
-      marching();
+    if (is_good("marching_step") && scene_.marching_step > 0) marching();
   }
 
   void marching() {
@@ -954,15 +942,11 @@ class Checker {
 
   void detectors() {
     const scene::Detectors& d = scene_.detectors;
-    if (numbers("detectors.flux", d.flux, 2, limits::flux)) all_or_none("detectors.flux", d.flux);
-    number("detectors.path_length.bins", d.path_length_bins, limits::bins);
-    if (number("detectors.path_length.max", d.path_length_max, limits::path_length)
-        && d.path_length_bins > 0)
+    ranges("detectors", d);
+    if (is_good("detectors.flux")) all_or_none("detectors.flux", d.flux);
+    if (is_good("detectors.path_length.max") && d.path_length_bins > 0)
       number("detectors.path_length.max", d.path_length_max, limits::size);
-    number("detectors.scatterings.bins", d.scattering_bins, limits::bins);
-    number("detectors.exit_angle.bins", d.exit_angle_bins, limits::bins);
-    if (numbers("detectors.absorbed", d.absorbed, 3, limits::voxels_absorbed))
-      all_or_none("detectors.absorbed", d.absorbed);
+    if (is_good("detectors.absorbed")) all_or_none("detectors.absorbed", d.absorbed);
     if (has_detectors(d) && scene_.integrator == Integrator::path)
       warning("detectors", "not used: they count photons, and the integrator path shoots none");
   }

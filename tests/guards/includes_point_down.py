@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Includes point down: no file includes one of a floor above it, and outside libraries stay where they belong.
 
-    base < random < medium < transport < render (include/tyndall) < src/render < {src/host, src/io, cuda}
-        < src/session < {src/app, src/python}
+    base < random < medium < transport < scene < render (include/tyndall) < src/scene < src/render
+        < {src/host, src/io, cuda} < src/session < {src/app, src/python}
 
 The four lowest floors are compiled for devices too: no allocation, no exceptions, no streams, no file formats.
 """
@@ -20,7 +20,9 @@ RANK = {
     "include/tyndall/random": 1,
     "include/tyndall/medium": 2,
     "include/tyndall/transport": 3,
+    "include/tyndall/scene": 3.5,
     "include/tyndall/render": 4,
+    "src/scene": 4.5,
     "src/render": 5,
     "include/tyndall/host": 6,
     "include/tyndall/io": 6,

@@ -51,7 +51,7 @@ TEST(Check, FindsNumbersThatAreNotFinite) {
       errors(scene),
       "medium.box.max[2] medium.components[0].extinction medium.components[0].albedo[0] "
       "medium.components[0].phase.g medium.components[0].transform medium.components[0].field.gain "
-      "lights[0].power[1] background[0] camera.fov camera.position[1] preview.exposure");
+      "lights[0].power[1] background[0] preview.exposure camera.position[1] camera.fov");
 }
 
 /// \return the paths of all warnings, one after the other.

@@ -1,0 +1,46 @@
+/// \file
+/// The keys of phase functions.
+#pragma once
+
+#include "scene/describe.h"
+#include "tyndall/scene/phases.h"
+
+namespace tyndall::scene {
+
+template <class V>
+constexpr void describe(V&, Type<IsotropicPhase>) {}
+
+template <class V>
+constexpr void describe(V& v, Type<HenyeyGreensteinPhase>) {
+  v("g", &HenyeyGreensteinPhase::g, limits::g, "", "mean cosine; above 0 is forwards");
+}
+
+template <class V>
+constexpr void describe(V&, Type<RayleighPhase>) {}
+
+template <class V>
+constexpr void describe(V& v, Type<TwoLobesPhase>) {
+  v(required("g1"), &TwoLobesPhase::g1, limits::g, "", "mean cosine of the first lobe");
+  v(required("g2"), &TwoLobesPhase::g2, limits::g, "", "and of the second one");
+  v(required("weight"), &TwoLobesPhase::weight, limits::lobe_weight, "", "share of the first lobe");
+}
+
+template <class V>
+constexpr void describe(V& v, Type<TabulatedPhase>) {
+  v.file(required("file"), "",
+         "rows \"cosine value\" from cosine -1 to 1, the values in any unit; the name is relative "
+         "to the scene's folder");
+  v.unwritten(&TabulatedPhase::table);
+}
+
+template <class V>
+constexpr void describe(V& v, Type<Phase>) {
+  v(Type<IsotropicPhase>{}, "isotropic", "all directions alike");
+  v(Type<HenyeyGreensteinPhase>{}, "henyey_greenstein", "a lobe forwards or backwards");
+  v(Type<RayleighPhase>{}, "rayleigh", "as clear air");
+  v(Type<TwoLobesPhase>{}, "two_lobes", "two of henyey_greenstein together");
+  v(Type<TabulatedPhase>{}, "tabulated",
+    "linear in the cosine of the angle between the rows of a table");
+}
+
+}  // namespace tyndall::scene
