@@ -131,10 +131,21 @@ TEST(Check, WarnsOfPeaksBeyondSinglePrecision) {
   EXPECT_EQ(warned(TwoLobesPhase{0.999, 0.1, 0.0}), "");
   const auto table = [](double width) {
     return TabulatedPhase{
-        std::make_shared<scene::PhaseTable>(scene::PhaseTable{{-1, 1 - width, 1}, {1, 1, 1000}})};
+        std::make_shared<scene::PhaseTable>(scene::PhaseTable{{-1, 1 - width, 1}, {1, 1, 1e8}})};
   };
   EXPECT_EQ(warned(table(1e-4)), "");
   EXPECT_EQ(warned(table(1e-6)), "medium.components[0].phase");
+  const auto rows = [](std::vector<double> cosines, std::vector<double> values) {
+    return TabulatedPhase{std::make_shared<scene::PhaseTable>(
+        scene::PhaseTable{std::move(cosines), std::move(values)})};
+  };
+  const std::string warning = "medium.components[0].phase";
+  EXPECT_EQ(warned(rows({-1, 0.99999999, 0.999999995, 1}, {1, 1, 1e9, 1e9})), warning)
+      << "flat at its end";
+  EXPECT_EQ(warned(rows({-1, -0.9999999999, 1}, {1e12, 1, 1})), warning) << "backwards";
+  EXPECT_EQ(warned(rows({-1, 0.9, 0.9 + 1e-9, 0.9 + 2e-9, 1}, {1, 1, 1e9, 1, 1})), warning)
+      << "a ring";
+  EXPECT_EQ(warned(rows({-1, 0.9, 0.9 + 1e-9, 1}, {1, 1, 3, 3})), "") << "a step";
 }
 
 // Paths cannot sample such a light, nor go on for what the harmonics lack of it.

@@ -37,13 +37,26 @@ TEST(IlluminationCells, of_many_mean_free_paths_are_warned_of) {
     });
   };
   scene.illumination_resolution = {0, 0, 0};
+  scene.medium.components[0].extinction = 200;
   scene.bounces = 1;
-  EXPECT_FALSE(warned()) << "7.8 mean free paths";
-  scene.medium.components[0].extinction = 1100;
-  EXPECT_TRUE(warned());
+  EXPECT_FALSE(warned()) << "1.75 mean free paths: 2.7 %";
+  scene.bounces = 0;
+  EXPECT_TRUE(warned()) << "7.3 %";
   scene.bounces = 2;
-  EXPECT_FALSE(warned());
+  scene.medium.components[0].extinction = 400;
+  EXPECT_TRUE(warned()) << "3.1 mean free paths: 3.6 %";
+  scene.bounces = 3;
+  EXPECT_FALSE(warned()) << "2 %";
+  scene.bounces.reset();
+  EXPECT_FALSE(warned()) << "the same";
+  scene.medium.components[0].extinction = 1100;
+  EXPECT_TRUE(warned()) << "8.6 mean free paths";
+  scene.medium.components[0].extinction = 400;
   scene.bounces = 1;
+  EXPECT_TRUE(warned());
+  scene.medium.components[0].phase = scene::HenyeyGreensteinPhase{0.85};
+  EXPECT_FALSE(warned()) << "of transport 0.47";
+  scene.medium.components[0].phase = {};
   scene.integrator = scene::Integrator::path;
   EXPECT_FALSE(warned());
 }
@@ -61,8 +74,8 @@ TEST(IlluminationCells, are_judged_by_where_most_of_the_extinction_is) {
   Scene scene = furnace({component(grid, 100)});  // cells of 1/16
   scene.bounces = 0;
   EXPECT_TRUE(warns_of(scene, "photons.illumination.resolution")) << "6.3 mean free paths";
-  scene.medium.components[0].extinction = 30;
-  EXPECT_FALSE(warns_of(scene, "photons.illumination.resolution")) << "1.9 mean free paths";
+  scene.medium.components[0].extinction = 10;
+  EXPECT_FALSE(warns_of(scene, "photons.illumination.resolution")) << "0.6 mean free paths";
   std::get<scene::DenseGrid>(scene.medium.components[0].field).values[0] = 100;
   EXPECT_FALSE(warns_of(scene, "photons.illumination.resolution")) << "but for a single voxel";
   auto& values = std::get<scene::DenseGrid>(scene.medium.components[0].field).values;
@@ -73,7 +86,7 @@ TEST(IlluminationCells, are_judged_by_where_most_of_the_extinction_is) {
 }
 
 TEST(IlluminationCells, may_be_wide_where_nothing_varies) {
-  Scene scene = slab(200, 0.99);  // in 1 x 1 x 64 cells
+  Scene scene = slab(40, 0.99);  // in 1 x 1 x 64 cells
   scene.bounces = 0;
   EXPECT_FALSE(warns_of(scene, "photons.illumination.resolution"));
   scene.medium.components[0].field =
