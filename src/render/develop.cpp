@@ -132,8 +132,8 @@ RenderResult develop(const Partial& part) {
     result.warnings.push_back(fmt::format(
         "the light is not converged: of the {} photons that were shot, {} met matter, though the "
         "camera's paths found it{}: scattered light is missing or mere noise, which no figure of "
-        "noise shows; fit medium.box to the matter, shoot more photons, or take the integrator "
-        "\"path\"",
+        "noise shows; aim the light at the medium, fit medium.box to it, shoot more photons, or "
+        "take the integrator \"path\"",
         shot.ledger.shot, shot.audit.lit, why));
   }
   if (const double stalled = stalled_share(shot.ledger); stalled > 1e-6) {

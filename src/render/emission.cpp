@@ -128,6 +128,7 @@ Glow glow(const std::vector<Component<AnyField>>& components, std::size_t c, con
   cells.size = to_vec3f(2.0 * matter.half / double{edge});
 
   std::vector<double> most(static_cast<std::size_t>(cells.count()));  // [W/(length^3 sr)]
+  std::vector<double> hottest(emission.kind == Emission::Kind::blackbody ? most.size() : 0);
   parallel_for(0, most.size(), 64, threads, [&](std::uint64_t begin, std::uint64_t end) {
     for (std::uint64_t k = begin; k < end; ++k) {
       stop_if(stop);
@@ -139,11 +140,15 @@ Glow glow(const std::vector<Component<AnyField>>& components, std::size_t c, con
       const double density =
           density_bounds(component.field, in_field_space(component.to_field, region, extent)).upper;
       if (density <= 0) continue;
+      if (!hottest.empty())
+        hottest[k] =
+            density_bounds(emission.field, in_field_space(emission.to_field, region, extent)).upper;
       most[k] =
           (1 + 4e-7) * component.extinction * density
           * emission_bound(emission, share, in_field_space(emission.to_field, region, extent));
     }
   });
+  for (const double t : hottest) out.hottest = std::max(out.hottest, t);
   double sum = 0;
   for (const double m : most) sum += m;
   if (!(sum > 0)) return out;

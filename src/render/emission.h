@@ -17,6 +17,7 @@ struct Glow {
   Emitter emitter;                  ///< its cells point to `ends`
   std::vector<std::uint32_t> ends;  ///< see GlowCells
   double power = 0;                 ///< [W] of all photons together that the bounds stand for
+  double hottest = 0;  ///< of black bodies [K]: no less than the largest temperature in the medium
 };
 
 /// \return the emitter of component `c`; of power 0 where nothing shines. \throws Stopped

@@ -287,6 +287,7 @@ class LightList {
     }
     constexpr double dim = 0.01;
     if (shot > 0 && arriving < dim * shot) out_.dim_lights.push_back(name);
+    shares_.emplace_back(name, shot);
     if (arriving > 0) return;
     std::visit(
         [&](const auto& l) {
@@ -302,6 +303,11 @@ class LightList {
     std::vector<double> powers;
     for (const Weighed<Emitter>& e : emitters_) powers.push_back(largest(e.power));
     out_.shot_power = std::accumulate(powers.begin(), powers.end(), 0.0);
+    // Where hardly any photon arrives, those of lights with a large fraction of them do not.
+    if (out_.dim_lights.empty()) {
+      for (const auto& [name, power] : shares_)
+        if (power > 0 && power >= out_.shot_power / 8) out_.dim_lights.push_back(name);
+    }
     out_.emitters = share_out(emitters_, powers);
     for (std::size_t i = 0; i < powers.size(); ++i)
       out_.emitters[i].weight = to_vec3f(emitters_[i].power / powers[i]);
@@ -753,8 +759,9 @@ class LightList {
   const Stop& stop_;
   PreparedScene& out_;
   int group_ = -1;
-  int clump_ = -1;  ///< that light from far away is aimed at
-  SkyImage sky_;    ///< of the image that was tabulated last
+  int clump_ = -1;                                      ///< that light from far away is aimed at
+  SkyImage sky_;                                        ///< of the image that was tabulated last
+  std::vector<std::pair<std::string, double>> shares_;  ///< names of lights, power that is shot
   std::vector<Weighed<Emitter>> emitters_;
   std::vector<Weighed<DirectLight>> direct_;
 };
@@ -782,19 +789,26 @@ const scene::Remap* remap_of(const scene::Field& field) {
 }
 
 /// Why a component that is to shine does not, and what helps; empty where it does. \param power it
-/// has
+/// has \param hottest [K] where the medium is
 std::string why_dark(const Component<AnyField>& component, const scene::Component& from,
-                     double power) {
+                     double power, double hottest) {
   if (component.extinction == 0) return "";  // which check() says
   const Emission& emission = *component.emission;
   if (const auto* body = std::get_if<scene::BlackbodyEmission>(&from.emission)) {
     // Below, what the eye sees of a black body is less than 1e-9 W/(m^2 sr).
     constexpr double visible = 700, fire = 2000;
-    const double hottest = largest_density(emission.field);
-    if (body->intensity == 0) return "";
-    if (hottest < visible) {
+    if (body->intensity == 0) return "its intensity is 0";
+    const double anywhere = largest_density(emission.field);
+    if (anywhere >= visible && hottest < visible && largest_density(component.field) > 0)
+      return fmt::format(
+          "its field is hot only where the medium is not: its largest temperature is {:.4g} K, "
+          "{:.4g} K in the medium; move one of them",
+          anywhere, hottest);
+    if (hottest = anywhere; hottest < visible) {
       const scene::Remap* remap = remap_of(body->temperature);
       const std::string remedy = !remap || !(hottest > 0) ? "give a hotter field"
+                                 : remap->offset != 0 || !(remap->scale > 0)
+                                     ? "give a remap that makes kelvins of its numbers"
                                  : hottest <= 1.5
                                      ? fmt::format(
                                          "the convention 0 to 1 wants a remap that makes kelvins "
@@ -838,8 +852,8 @@ void prepare_lights(const Scene& scene, const Box& box, int threads, const Stop&
     if (!out.components[c].emission) continue;
     Glow of_component = glow(out.components, c, box, out.tables, threads, stop);
     const auto index = static_cast<std::size_t>(out.scene_component[c]);
-    const std::string why =
-        why_dark(out.components[c], scene.medium.components[index], of_component.power);
+    const std::string why = why_dark(out.components[c], scene.medium.components[index],
+                                     of_component.power, of_component.hottest);
     if (!why.empty()) {
       out.warnings.push_back(fmt::format("medium.components[{}].emission: {}", index, why));
     }
