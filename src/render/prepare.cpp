@@ -6,6 +6,8 @@
 #include <numeric>
 #include <optional>
 
+#include <fmt/format.h>
+
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -388,6 +390,15 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
 
   out.tables = build_majorants(out.components, box, scene.medium.majorant_resolution, threads,
                                progress, stop);
+  for (std::size_t c = 0; c < out.components.size(); ++c) {
+    const Component<AnyField>& component = out.components[c];
+    if (component.extinction > 0 && largest_density(component.field) > 0
+        && !(matter_region(out.tables, c, to_dvec3(box.extent)).half.x > 0))
+      out.warnings.push_back(fmt::format(
+          "medium.components[{}]: no part of it is within medium.box: move it with its transform, "
+          "or enlarge the box",
+          out.scene_component[c]));
+  }
   out.noise_tables = tabulate_noise(out.components, box, out.tables, table_points, threads, stop);
   out.bound_tables = tabulate_bounds(out.components, threads, stop);
   const int nx = out.tables.nx, ny = out.tables.ny, nz = out.tables.nz;

@@ -283,6 +283,24 @@ TEST(LightsThatGiveNothing, have_emissions_among_them) {
   cold.remap.scale = 300;
   body.temperature = cold;
   EXPECT_NE(warning(body).find("262.5 K"), std::string::npos) << warning(body);
+  cold.remap.offset = 100;
+  body.temperature = cold;
+  EXPECT_NE(warning(body).find("give a remap that makes kelvins of its numbers"), std::string::npos)
+      << "no number is right with an offset: " << warning(body);
+  cold.remap.offset = 0;
+  BlackbodyEmission none;
+  none.temperature = scene::Solid{};
+  none.intensity = 0;
+  EXPECT_NE(warning(none).find("its intensity is 0"), std::string::npos) << warning(none);
+  scene::DenseGrid hot;  // in the corner that is outside the box
+  hot.size = {8, 8, 8};
+  hot.values.assign(512, 300);
+  hot.values[511] = 2500;
+  body.temperature = hot;
+  EXPECT_NE(warning(body).find("hot only where the medium is not: its largest temperature is 2500 "
+                               "K, 300 K in the medium"),
+            std::string::npos)
+      << warning(body);
   cold.remap.scale = 0;
   EXPECT_NE(warning(ColorEmission{glm::dvec3(1), cold}).find("its field is 0"), std::string::npos);
   EXPECT_NE(
@@ -292,6 +310,19 @@ TEST(LightsThatGiveNothing, have_emissions_among_them) {
                 .find("where the matter is"),
             std::string::npos);
   EXPECT_EQ(warning(ColorEmission{{0, 1, 0}, scene::Solid{}}), "");
+}
+
+TEST(Components, outside_the_box_are_warned_of) {
+  const auto warnings = [](glm::dvec3 center) {
+    Scene scene = Lit(scene::PointLight{{0, 2, 0}, glm::dvec3(1), ""}, 1).scene;
+    scene.medium.components.push_back(scene.medium.components[0]);
+    scene.medium.components[1].field = scene::Solid{scene::Sphere{center, 0.2}};
+    return prepare(scene, 1).warnings;
+  };
+  EXPECT_TRUE(warnings({0, 0, 0}).empty());
+  const std::vector<std::string> outside = warnings({50, 0, 0});
+  ASSERT_EQ(outside.size(), 1U);
+  expect_starts(outside[0], "medium.components[1]: no part of it is within medium.box");
 }
 
 }  // namespace
