@@ -23,10 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-[[noreturn]] void fail(const std::string& path, const std::string& why) {
-  throw Error(ExitCode::input_missing, fmt::format("{}: {}", path, why));
-}
-
 // ---- What the helper says
 
 std::string quoted_whole(const std::string& name) {
@@ -69,18 +65,18 @@ std::string remedy(const Json& grids) {
   const char* format = fs::path(path).extension() == ".nvdb" ? "NanoVDB" : "VDB";
   if (kind == error_format) {
     if (message.find("version") != message.npos)  // one of the helper's own
-      fail(path, message);
-    fail(path, fmt::format("not a {} file: {}", format, message));
+      fail_reading(path, message);
+    fail_reading(path, fmt::format("not a {} file: {}", format, message));
   }
   if (kind == error_choice) {
     const Json grids = report.value("grids", Json::array());
-    if (grids.empty()) fail(path, message);
-    fail(path, fmt::format("{}; its grids: {}{}", message, listed(grids), remedy(grids)));
+    if (grids.empty()) fail_reading(path, message);
+    fail_reading(path, fmt::format("{}; its grids: {}{}", message, listed(grids), remedy(grids)));
   }
   if (kind == error_memory && fs::path(path).extension() == ".obj")
-    fail(path, "too large: " + message);
-  if (kind == error_memory) fail(path, "damaged, or too large: " + message);
-  fail(path, "damaged: " + cut(message, 300));
+    fail_reading(path, "too large: " + message);
+  if (kind == error_memory) fail_reading(path, "damaged, or too large: " + message);
+  fail_reading(path, "damaged: " + cut(message, 300));
 }
 
 // ---- Files
@@ -134,7 +130,7 @@ std::string thin_walls(double share, double width, int voxels) {
 LoadedVolume load(const std::string& path, std::vector<std::string> words,
                   Emptiness emptiness = Emptiness::refused, int voxels = 0) {
   const auto start = Clock::now();
-  const Descriptor file = open_input(path), memory = memory_file();
+  const Descriptor file = open_input(path), memory = memory_file(path);
   const Json report = call_helper(path, file, memory, std::move(words), voxels);
   if (report.contains("error")) fail_as_reported(path, report);
   const Json loaded = report.value("loaded", Json::object());
@@ -150,13 +146,14 @@ LoadedVolume load(const std::string& path, std::vector<std::string> words,
   try {
     out.volume = adopt(memory, loaded);
   } catch (const DamagedVolume& damage) {
-    fail(path, std::string("damaged: ") + damage.what());
+    fail_reading(path, std::string("damaged: ") + damage.what());
   }
   add_warnings(out);
   const Volume& v = *out.volume;
   out.is_absent = report.value("absent", false);
   if (v.active_voxels() == 0 && emptiness == Emptiness::refused)
-    fail(path, fmt::format("nothing to render: grid {} has no active voxels", quoted(v.name())));
+    fail_reading(path,
+                 fmt::format("nothing to render: grid {} has no active voxels", quoted(v.name())));
   // Densities are clamped by the remap unless that makes them positive.
   if (const auto n = loaded.value("negative", std::uint64_t{0}); n > 0 && !v.is_level_set())
     out.warnings.push_back(fmt::format(
@@ -185,7 +182,7 @@ LoadedVolume load_mesh(const std::string& path, int voxels) {
 }
 
 VolumeContents list_grids(const std::string& path) {
-  const Descriptor file = open_input(path), memory = memory_file();
+  const Descriptor file = open_input(path), memory = memory_file(path);
   const Json report = call_helper(path, file, memory, {"list", format_of(path), ""});
   if (report.contains("error")) fail_as_reported(path, report);
   using Texts = std::map<std::string, std::string>;
@@ -227,7 +224,7 @@ std::string encode_grids(const std::string& path, bool nano, const std::vector<G
   const std::string text = header.dump();
   const std::uint64_t length = text.size();
 
-  const Descriptor parcel = memory_file(), written = memory_file();
+  const Descriptor parcel = memory_file(path), written = memory_file(path);
   const auto put = [&](const void* from, std::size_t size) {
     const char* bytes = static_cast<const char*>(from);
     while (size > 0) {
