@@ -17,6 +17,7 @@
 #include <csignal>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -213,6 +214,14 @@ std::string signal_name(int signal) {
   return name ? fmt::format("SIG{}", name) : fmt::format("signal {}", signal);
 }
 
+/// Libraries call the file what the helper opens it as.
+std::string with_name(std::string message, const std::string& path) {
+  const std::string_view own = input_path;
+  for (std::size_t at = 0; (at = message.find(own, at)) != message.npos; at += path.size())
+    message.replace(at, own.size(), path);
+  return message;
+}
+
 /// \return why the helper may fail although the file is sound: the limits that it inherits; empty
 /// where it has all that it may use.
 std::string helper_shortage(std::uint64_t memory) {
@@ -338,6 +347,7 @@ Json call_helper(const std::string& path, const Descriptor& file, const Descript
   Json report = Json::parse(text, nullptr, false);
   if (WEXITSTATUS(result) != 0 || !report.is_object())
     refuse("damaged: the library that reads it failed without a word");
+  if (report.contains("message")) report["message"] = with_name(report.value("message", ""), path);
   const std::string kind = report.value("error", "");
   if (!shortage.empty() && (kind == error_memory || kind == error_damaged))
     fail_for_memory(

@@ -252,6 +252,17 @@ TEST_F(ImageFile, infinite_pixels_are_the_largest_half_or_the_largest_pixel) {
   EXPECT_EQ(loaded.image->texels()[2 * 16 + 3].x, 1e12f);
 }
 
+TEST_F(ImageFile, damage_is_told_by_the_name_of_the_file) {
+  const std::string whole = exr_file({plain()});
+  for (const std::size_t bytes : {whole.size() / 2, whole.size() - 20, std::size_t{40}}) {
+    const std::string message = refusal(whole.substr(0, bytes), "cut.exr");
+    EXPECT_EQ(message.substr(0, 9), "damaged: ") << bytes;
+    EXPECT_EQ(message.find("/proc"), std::string::npos) << message;
+  }
+  EXPECT_NE(refusal(whole.substr(0, whole.size() - 20), "cut.exr").find(path("cut.exr")),
+            std::string::npos);
+}
+
 TEST_F(ImageFile, info_shows_what_an_image_says) {
   ExrPart depth, rgba = plain();
   depth.name = "depth";
