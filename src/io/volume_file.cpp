@@ -141,7 +141,7 @@ void add_warnings(LoadedVolume& out) {
                        std::abs(value) < 1e12f ? fmt::format(", the {} of the others", which) : "");
   };
   warn(mended.above, "are infinite or beyond 1e12: " + taken(mended.largest, "largest"));
-  warn(mended.below, "are infinite or beyond -1e12: " + taken(mended.smallest, "smallest"));
+  warn(mended.below, "are minus infinity or below -1e12: " + taken(mended.smallest, "smallest"));
   if (mended.background)
     out.warnings.push_back("the background is no number or beyond 1e12: taken as 0");
 }
