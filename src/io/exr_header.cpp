@@ -72,9 +72,10 @@ void check_attribute(std::string_view type, std::string_view value) {
     if (type == name && value.size() != size) throw Damaged{"has another size than its type"};
 }
 
-}  // namespace
-
-std::string exr_header_problem(const std::string& path) {
+/// Calls `f(part, name, type, value)` for each attribute of the headers of an OpenEXR file; not at
+/// all for other files. \return what is wrong with them; nothing where nothing is
+template <class F>
+std::string for_attributes(const std::string& path, const F& f) {
   constexpr std::size_t most = std::size_t{1} << 24;  // of headers
   std::ifstream file(path, std::ios::binary);
   std::vector<char> begin(4);
@@ -85,16 +86,35 @@ std::string exr_header_problem(const std::string& path) {
   std::string_view name = "";
   try {
     const bool is_multipart = (bytes.number() & 0x1000) != 0;
+    std::size_t part = 0;
     do {
       for (name = bytes.text(); !name.empty(); name = bytes.text()) {
         const std::string_view type = bytes.text();
-        check_attribute(type, bytes.take(bytes.number()));
+        f(part, name, type, bytes.take(bytes.number()));
       }
+      ++part;
     } while (is_multipart && !bytes.at_zero());
     return "";
   } catch (const Damaged& damage) {
     return fmt::format("damaged: its header's attribute '{}' {}", name.substr(0, 64), damage.why);
   }
+}
+
+}  // namespace
+
+std::string exr_header_problem(const std::string& path) {
+  return for_attributes(path, [](std::size_t, std::string_view, std::string_view type,
+                                 std::string_view value) { check_attribute(type, value); });
+}
+
+std::map<std::size_t, int> exr_envmaps(const std::string& path) {
+  std::map<std::size_t, int> found;
+  for_attributes(path, [&](std::size_t part, std::string_view name, std::string_view type,
+                           std::string_view value) {
+    if (name == "envmap" && type == "envmap" && value.size() == 1)
+      found[part] = static_cast<unsigned char>(value[0]);
+  });
+  return found;
 }
 
 }  // namespace tyndall::io

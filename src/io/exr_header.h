@@ -2,6 +2,8 @@
 /// What is looked at of an OpenEXR file before a library reads it.
 #pragma once
 
+#include <cstddef>
+#include <map>
 #include <string>
 
 namespace tyndall::io {
@@ -10,5 +12,9 @@ namespace tyndall::io {
 /// whether the file has them.
 /// \return what is wrong with the headers of an OpenEXR file; nothing for other files.
 std::string exr_header_problem(const std::string& path);
+
+/// \return the "envmap" of each part that has one: of what is neither 0 nor 1, OpenEXR hides the
+/// number.
+std::map<std::size_t, int> exr_envmaps(const std::string& path);
 
 }  // namespace tyndall::io

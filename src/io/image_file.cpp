@@ -15,10 +15,6 @@
 namespace tyndall::io {
 namespace {
 
-[[noreturn]] void fail(const std::string& path, const std::string& why) {
-  throw Error(ExitCode::input_missing, fmt::format("{}: {}", path, why));
-}
-
 /// What the helper left in the memory file.
 std::shared_ptr<const Image> adopt(const std::string& path, const Descriptor& memory,
                                    const Json& image) {
@@ -27,16 +23,16 @@ std::shared_ptr<const Image> adopt(const std::string& path, const Descriptor& me
   static_assert(sizeof(Vec3f) == 3 * sizeof(float));
   const std::uint64_t size = texels * sizeof(Vec3f);
   if (width < 1 || height < 1 || memory.size() != size)
-    fail(path, "damaged: no image came back from it");
+    fail_reading(path, "damaged: no image came back from it");
   std::vector<Vec3f> values(texels);
   for (std::uint64_t done = 0; done < size;) {
     const ssize_t n = ::pread(memory.number(), reinterpret_cast<char*>(values.data()) + done,
                               size - done, static_cast<off_t>(done));
-    if (n <= 0) fail(path, "damaged: the image that came back from it cannot be read");
+    if (n <= 0) fail_reading(path, "damaged: the image that came back from it cannot be read");
     done += static_cast<std::uint64_t>(n);
   }
   if (image.value("checksum", "") != checksum(values.data(), size))
-    fail(path, "damaged: the image that came back from it is not the one that was sent");
+    fail_reading(path, "damaged: the image that came back from it is not the one that was sent");
   return std::make_shared<const Image>(width, height, std::move(values));
 }
 
@@ -44,14 +40,14 @@ std::shared_ptr<const Image> adopt(const std::string& path, const Descriptor& me
 
 LoadedImage read_image_file(const std::string& path) {
 #if !TYNDALL_READS_IMAGES
-  fail(path, "this build reads no images: it was made without OpenEXR and OpenImageIO");
+  fail_reading(path, "this build reads no images: it was made without OpenEXR and OpenImageIO");
 #endif
-  const Descriptor file = open_input(path), memory = memory_file();
+  const Descriptor file = open_input(path), memory = memory_file(path);
   const Json report = call_helper(path, file, memory, {"image"});
   if (report.contains("error")) {
     const std::string kind = report.value("error", ""), message = report.value("message", "");
-    if (kind == error_memory) fail(path, "damaged, or too large: " + message);
-    fail(path, (kind == error_damaged ? "damaged: " : "") + cut(message, 600));
+    if (kind == error_memory) fail_reading(path, "damaged, or too large: " + message);
+    fail_reading(path, (kind == error_damaged ? "damaged: " : "") + cut(message, 600));
   }
   LoadedImage loaded;
   loaded.told = report.value("told", Json::object());
@@ -64,7 +60,7 @@ LoadedImage read_image_file(const std::string& path) {
 
 LoadedImage load_image(const std::string& path) {
   LoadedImage loaded = read_image_file(path);
-  if (!loaded.problem.empty()) fail(path, loaded.problem);
+  if (!loaded.problem.empty()) fail_reading(path, loaded.problem);
   return loaded;
 }
 

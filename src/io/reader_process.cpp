@@ -17,6 +17,7 @@
 #include <csignal>
 #include <cstring>
 #include <filesystem>
+#include <string_view>
 #include <system_error>
 
 #include <fmt/format.h>
@@ -31,12 +32,27 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-[[noreturn]] void fail(const std::string& path, const std::string& why) {
-  throw Error(ExitCode::input_missing, fmt::format("{}: {}", path, why));
-}
 [[noreturn]] void fail_for_memory(const std::string& path, const std::string& why) {
   throw Error(ExitCode::out_of_memory, fmt::format("{}: {}", path, why));
 }
+
+/// The limit of descriptors; empty where there is none.
+std::string descriptor_limit() {
+  struct rlimit limit {};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return "";
+  return std::to_string(limit.rlim_cur);
+}
+
+/// \param error whether EMFILE, ENFILE or, from fcntl, EINVAL
+[[noreturn]] void fail_for_descriptors(const std::string& path, int error) {
+  if (error == ENFILE)
+    fail_for_memory(path, "not read: too many files are open on this machine (sysctl fs.file-max)");
+  fail_for_memory(path, fmt::format("not read: too few file descriptors: this process may have {} "
+                                    "of them (ulimit -n): raise the limit",
+                                    descriptor_limit()));
+}
+
+bool lacks_descriptors(int error) { return error == EMFILE || error == ENFILE; }
 
 /// Of the program or shared library that this is part of.
 fs::path own_folder() {
@@ -133,8 +149,11 @@ struct SpawnActions {
 };
 
 /// A number above those that the child is given, lest giving one closes another.
-Descriptor out_of_the_way(Descriptor d) {
-  return Descriptor(::fcntl(d.number(), F_DUPFD_CLOEXEC, memory_descriptor + 1));
+Descriptor out_of_the_way(const std::string& path, Descriptor d) {
+  if (d.number() > memory_descriptor) return d;
+  Descriptor above(::fcntl(d.number(), F_DUPFD_CLOEXEC, memory_descriptor + 1));
+  if (above.number() < 0) fail_for_descriptors(path, errno);
+  return above;
 }
 
 pid_t spawn(const std::string& path, const std::vector<std::string>& words, int file, int report,
@@ -165,6 +184,7 @@ pid_t spawn(const std::string& path, const std::vector<std::string>& words, int 
     fail_for_memory(path, fmt::format("its reader cannot be started: {}: too many processes are "
                                       "running (ulimit -u), or too little memory is free",
                                       std::strerror(error)));
+  if (lacks_descriptors(error)) fail_for_descriptors(path, error);
   if (error != 0)
     throw Error(ExitCode::internal,
                 fmt::format("{} cannot be started: {}", program, std::strerror(error)));
@@ -194,10 +214,24 @@ std::string signal_name(int signal) {
   return name ? fmt::format("SIG{}", name) : fmt::format("signal {}", signal);
 }
 
-/// \return why the helper may lack memory although the file is sound: the limit that this process
-/// inherited; empty where it has all that it may use.
+/// Libraries call the file what the helper opens it as.
+std::string with_name(std::string message, const std::string& path) {
+  const std::string_view own = input_path;
+  for (std::size_t at = 0; (at = message.find(own, at)) != message.npos; at += path.size())
+    message.replace(at, own.size(), path);
+  return message;
+}
+
+/// \return why the helper may fail although the file is sound: the limits that it inherits; empty
+/// where it has all that it may use.
 std::string helper_shortage(std::uint64_t memory) {
+  constexpr rlim_t of_helper = 16;  // descriptors: libraries open some of their own
   struct rlimit limit {};
+  if (::getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < of_helper)
+    return fmt::format(
+        "its reader may have {} file descriptors (ulimit -n), which may be too few: raise the "
+        "limit",
+        limit.rlim_cur);
   if (::getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY
       || limit.rlim_cur >= memory)
     return "";
@@ -208,6 +242,10 @@ std::string helper_shortage(std::uint64_t memory) {
 }
 
 }  // namespace
+
+void fail_reading(const std::string& path, const std::string& why) {
+  throw Error(ExitCode::input_missing, fmt::format("{}: {}", path, why));
+}
 
 void Descriptor::close() {
   if (number_ >= 0) ::close(std::exchange(number_, -1));
@@ -221,25 +259,29 @@ std::uint64_t Descriptor::size() const {
 
 Descriptor open_input(const std::string& path) {
   std::error_code error;
-  if (fs::is_directory(path, error)) fail(path, "is a folder");
+  if (fs::is_directory(path, error)) fail_reading(path, "is a folder");
   Descriptor file = Descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   if (file.number() < 0) {
+    if (lacks_descriptors(errno)) fail_for_descriptors(path, errno);
     const bool is_numbered = path.find("##") != path.npos;
-    fail(path, errno != ENOENT ? std::strerror(errno)
-               : is_numbered   ? "no such file; ## is a frame's number: name frames with --frames"
-                               : "no such file");
+    fail_reading(path, errno != ENOENT ? std::strerror(errno)
+                       : is_numbered
+                           ? "no such file; ## is a frame's number: name frames with --frames"
+                           : "no such file");
   }
   struct stat status {};
   if (::fstat(file.number(), &status) != 0 || !S_ISREG(status.st_mode))
-    fail(path, "is no regular file");
-  return out_of_the_way(std::move(file));
+    fail_reading(path, "is no regular file");
+  return out_of_the_way(path, std::move(file));
 }
 
-Descriptor memory_file() {
+Descriptor memory_file(const std::string& path) {
   Descriptor file(::memfd_create("tyndall-memory", MFD_CLOEXEC));
-  if (file.number() < 0)
-    throw Error(ExitCode::out_of_memory, fmt::format("no memory file: {}", std::strerror(errno)));
-  return out_of_the_way(std::move(file));
+  if (file.number() < 0) {
+    if (lacks_descriptors(errno)) fail_for_descriptors(path, errno);
+    fail_for_memory(path, fmt::format("no memory file for it: {}", std::strerror(errno)));
+  }
+  return out_of_the_way(path, std::move(file));
 }
 
 std::string cut(const std::string& text, std::size_t most) {
@@ -252,10 +294,10 @@ Json call_helper(const std::string& path, const Descriptor& file, const Descript
   words.insert(words.begin() + 1, {std::to_string(limits.memory), std::to_string(limits.cpu)});
 
   int ends[2];
-  if (::pipe2(ends, O_CLOEXEC) != 0)
-    throw Error(ExitCode::internal, fmt::format("no pipe: {}", std::strerror(errno)));
-  const Descriptor output = out_of_the_way(Descriptor(ends[0]));
-  Descriptor input = out_of_the_way(Descriptor(ends[1]));
+  if (::pipe2(ends, O_CLOEXEC) != 0) fail_for_descriptors(path, errno);
+  Descriptor ends_of_pipe[] = {Descriptor(ends[0]), Descriptor(ends[1])};
+  const Descriptor output = out_of_the_way(path, std::move(ends_of_pipe[0]));
+  Descriptor input = out_of_the_way(path, std::move(ends_of_pipe[1]));
   Child child(spawn(path, words, file.number(), input.number(), memory.number()));
   input.close();
 
@@ -268,7 +310,7 @@ Json call_helper(const std::string& path, const Descriptor& file, const Descript
       fail_for_memory(path,
                       "not read: the system starts too few threads: raise the limit of "
                       "processes (ulimit -u)");
-    fail(path, why);
+    fail_reading(path, why);
   };
   std::string text;
   const auto deadline = Clock::now() + std::chrono::seconds(limits.clock);
@@ -305,6 +347,7 @@ Json call_helper(const std::string& path, const Descriptor& file, const Descript
   Json report = Json::parse(text, nullptr, false);
   if (WEXITSTATUS(result) != 0 || !report.is_object())
     refuse("damaged: the library that reads it failed without a word");
+  if (report.contains("message")) report["message"] = with_name(report.value("message", ""), path);
   const std::string kind = report.value("error", "");
   if (!shortage.empty() && (kind == error_memory || kind == error_damaged))
     fail_for_memory(

@@ -12,6 +12,9 @@
 
 namespace tyndall::io {
 
+/// \throws Error(input_missing): the file and why it is not read.
+[[noreturn]] void fail_reading(const std::string& path, const std::string& why);
+
 /// Owns a file descriptor.
 class Descriptor {
  public:
@@ -30,11 +33,12 @@ class Descriptor {
   int number_;
 };
 
-/// \throws Error(input_missing) where `path` is no regular file that can be read.
+/// \throws Error: input_missing where `path` is no regular file that can be read, out_of_memory
+/// where this process may open no more files.
 Descriptor open_input(const std::string& path);
 
-/// An empty file in memory. \throws Error(out_of_memory)
-Descriptor memory_file();
+/// An empty file in memory, for what is read from `path`. \throws Error(out_of_memory)
+Descriptor memory_file(const std::string& path);
 
 /// Calls the helper on `file`, with an empty memory file for what it hands back. \param words the
 /// command and its arguments, without the limits \param voxels along the longest side of a mesh:

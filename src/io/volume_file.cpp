@@ -3,12 +3,15 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <numeric>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -22,10 +25,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
-
-[[noreturn]] void fail(const std::string& path, const std::string& why) {
-  throw Error(ExitCode::input_missing, fmt::format("{}: {}", path, why));
-}
 
 // ---- What the helper says
 
@@ -51,36 +50,65 @@ std::string listed(const Json& grids) {
   return text;
 }
 
-/// What to write, where one of the grids would do.
-std::string remedy(const Json& grids) {
-  for (const Json& grid : grids) {
-    const std::string type = grid.value("type", "");
-    const bool good = is_numeric(type);
-    const std::string name = grid.value("unique_name", "");
-    if (good && name.size() > 200)
-      return fmt::format("; write \"grid\" and the whole name, of {} bytes", name.size());
-    if (good) return fmt::format("; write \"grid\": {}", quoted_whole(name));
+/// How many letters are to be put in, left out or replaced to make one name of the other; capital
+/// letters count as small ones.
+std::size_t letters_apart(const std::string& a, const std::string& b) {
+  const auto small = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (small(a[i]) == small(b[j]) ? 0 : 1);
+      diagonal = row[j + 1];
+      row[j + 1] = std::min({replaced, row[j] + 1, diagonal + 1});
+    }
   }
-  return "; none of them can be a density (a grid of floats)";
+  return row.back();
 }
 
-[[noreturn]] void fail_as_reported(const std::string& path, const Json& report) {
+/// What to write, where one of the grids would do: the one whose name is nearly `wanted`, or else
+/// the first.
+std::string remedy(const Json& grids, const std::string& wanted) {
+  constexpr std::size_t longest = 200;  // to be shown, and compared
+  const Json* best = nullptr;
+  std::size_t fewest = wanted.size() / 3 + 1;
+  for (const Json& grid : grids) {
+    const std::string type = grid.value("type", ""), name = grid.value("name", "");
+    if ((!is_numeric(type) && !is_color(type)) || std::max(name.size(), wanted.size()) > longest)
+      continue;
+    const std::size_t apart = letters_apart(name, wanted);
+    if (apart < fewest || (apart == fewest && best == nullptr)) best = &grid, fewest = apart;
+  }
+  for (const Json& grid : grids)
+    if (best == nullptr && is_numeric(grid.value("type", ""))) best = &grid;
+  if (best == nullptr) return "; none of them can be a density (a grid of floats)";
+  const std::string name = best->value("unique_name", "");
+  if (name.size() > longest)
+    return fmt::format("; write \"grid\" and the whole name, of {} bytes", name.size());
+  return fmt::format("; write \"grid\": {}", quoted_whole(name));
+}
+
+/// \param wanted the grid's name
+[[noreturn]] void fail_as_reported(const std::string& path, const Json& report,
+                                   const std::string& wanted) {
   const std::string kind = report.value("error", ""), message = report.value("message", "");
   const char* format = fs::path(path).extension() == ".nvdb" ? "NanoVDB" : "VDB";
   if (kind == error_format) {
     if (message.find("version") != message.npos)  // one of the helper's own
-      fail(path, message);
-    fail(path, fmt::format("not a {} file: {}", format, message));
+      fail_reading(path, message);
+    fail_reading(path, fmt::format("not a {} file: {}", format, message));
   }
   if (kind == error_choice) {
     const Json grids = report.value("grids", Json::array());
-    if (grids.empty()) fail(path, message);
-    fail(path, fmt::format("{}; its grids: {}{}", message, listed(grids), remedy(grids)));
+    if (grids.empty()) fail_reading(path, message);
+    fail_reading(path,
+                 fmt::format("{}; its grids: {}{}", message, listed(grids), remedy(grids, wanted)));
   }
   if (kind == error_memory && fs::path(path).extension() == ".obj")
-    fail(path, "too large: " + message);
-  if (kind == error_memory) fail(path, "damaged, or too large: " + message);
-  fail(path, "damaged: " + cut(message, 300));
+    fail_reading(path, "too large: " + message);
+  if (kind == error_memory) fail_reading(path, "damaged, or too large: " + message);
+  fail_reading(path, "damaged: " + cut(message, 300));
 }
 
 // ---- Files
@@ -113,7 +141,7 @@ void add_warnings(LoadedVolume& out) {
                        std::abs(value) < 1e12f ? fmt::format(", the {} of the others", which) : "");
   };
   warn(mended.above, "are infinite or beyond 1e12: " + taken(mended.largest, "largest"));
-  warn(mended.below, "are infinite or beyond -1e12: " + taken(mended.smallest, "smallest"));
+  warn(mended.below, "are minus infinity or below -1e12: " + taken(mended.smallest, "smallest"));
   if (mended.background)
     out.warnings.push_back("the background is no number or beyond 1e12: taken as 0");
 }
@@ -134,9 +162,10 @@ std::string thin_walls(double share, double width, int voxels) {
 LoadedVolume load(const std::string& path, std::vector<std::string> words,
                   Emptiness emptiness = Emptiness::refused, int voxels = 0) {
   const auto start = Clock::now();
-  const Descriptor file = open_input(path), memory = memory_file();
+  const Descriptor file = open_input(path), memory = memory_file(path);
+  const std::string wanted = words.back();
   const Json report = call_helper(path, file, memory, std::move(words), voxels);
-  if (report.contains("error")) fail_as_reported(path, report);
+  if (report.contains("error")) fail_as_reported(path, report, wanted);
   const Json loaded = report.value("loaded", Json::object());
   LoadedVolume out;
   out.path = path;
@@ -150,13 +179,14 @@ LoadedVolume load(const std::string& path, std::vector<std::string> words,
   try {
     out.volume = adopt(memory, loaded);
   } catch (const DamagedVolume& damage) {
-    fail(path, std::string("damaged: ") + damage.what());
+    fail_reading(path, std::string("damaged: ") + damage.what());
   }
   add_warnings(out);
   const Volume& v = *out.volume;
   out.is_absent = report.value("absent", false);
   if (v.active_voxels() == 0 && emptiness == Emptiness::refused)
-    fail(path, fmt::format("nothing to render: grid {} has no active voxels", quoted(v.name())));
+    fail_reading(path,
+                 fmt::format("nothing to render: grid {} has no active voxels", quoted(v.name())));
   // Densities are clamped by the remap unless that makes them positive.
   if (const auto n = loaded.value("negative", std::uint64_t{0}); n > 0 && !v.is_level_set())
     out.warnings.push_back(fmt::format(
@@ -185,9 +215,9 @@ LoadedVolume load_mesh(const std::string& path, int voxels) {
 }
 
 VolumeContents list_grids(const std::string& path) {
-  const Descriptor file = open_input(path), memory = memory_file();
+  const Descriptor file = open_input(path), memory = memory_file(path);
   const Json report = call_helper(path, file, memory, {"list", format_of(path), ""});
-  if (report.contains("error")) fail_as_reported(path, report);
+  if (report.contains("error")) fail_as_reported(path, report, "");
   using Texts = std::map<std::string, std::string>;
   VolumeContents contents;
   contents.metadata = report.value("metadata", Texts());
@@ -227,7 +257,7 @@ std::string encode_grids(const std::string& path, bool nano, const std::vector<G
   const std::string text = header.dump();
   const std::uint64_t length = text.size();
 
-  const Descriptor parcel = memory_file(), written = memory_file();
+  const Descriptor parcel = memory_file(path), written = memory_file(path);
   const auto put = [&](const void* from, std::size_t size) {
     const char* bytes = static_cast<const char*>(from);
     while (size > 0) {

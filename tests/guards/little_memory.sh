@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Little memory, few threads and processes, small files, and SIGTERM at any moment: a render of a scene with an image of
-# the sky ends with a picture, or with exit code 5, 6 or 143 and a message; never with a hang, an abort or a crash.
+# Little memory, few threads, processes and file descriptors, small files, and SIGTERM at any moment: a render of a scene
+# with an image of the sky ends with a picture, or with exit code 5, 6 or 143 and a message; never with a hang, an abort or
+# a crash.
 set -euo pipefail
 program=${TYNDALL_BINARY:?}
 [[ $("$program" --version) == *.exr* ]] || { echo "SKIPPED: built without OpenEXR"; exit 77; }
@@ -43,6 +44,21 @@ for output in a.exr a.png a.pfm; do
       ends $code "ulimit -v $limit, $threads threads, $output"
     done
   done
+done
+
+# Nothing but pictures is asked for: standard output stays empty, also where the reader's report finds no pipe.
+for files in 4 5 6 7 8 9 10 12 14 16 20; do
+  code=0
+  (exec >out 2>err && ulimit -n $files && exec "$program" render sky.json -o n.exr) || code=$?
+  ends $code "ulimit -n $files"
+  if [[ -s out ]]; then
+    echo "ulimit -n $files: standard output has $(head -c 80 out)"
+    failed=1
+  fi
+  if ((code == 6)) && ! grep -q "ulimit -n" err; then
+    echo "ulimit -n $files: the limit is not named: $(tail -1 err)"
+    failed=1
+  fi
 done
 
 # Only for others than root do limits of processes hold; the tests of some machines run as root.

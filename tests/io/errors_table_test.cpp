@@ -46,6 +46,11 @@ struct Row {
   bool limited() const { return command.starts_with("ulimit"); }
 };
 
+struct Limit {
+  __rlimit_resource what = RLIMIT_AS;
+  rlim_t value = 0;  // 0: none
+};
+
 struct Document {
   std::string scene;  // of the rows without a file of their own
   std::vector<Row> rows;
@@ -120,15 +125,21 @@ class ErrorsTable : public testing::Test {
 
     std::istringstream words(row.command);
     std::vector<std::string> arguments{std::istream_iterator<std::string>(words), {}};
-    rlim_t kilobytes = 0;
+    Limit limit;
     if (row.limited()) {
       ASSERT_GT(arguments.size(), 3u);
-      kilobytes = std::stoul(arguments[2]);  // "4000000;"
+      const rlim_t value = std::stoul(arguments[2]);  // "4000000;"
+      if (arguments[1] == "-v")
+        limit = {RLIMIT_AS, value * 1024};
+      else if (arguments[1] == "-n")
+        limit = {RLIMIT_NOFILE, value};
+      else
+        FAIL() << arguments[1];
       arguments.erase(arguments.begin(), arguments.begin() + 3);
     }
     ASSERT_FALSE(arguments.empty());
     ASSERT_EQ(arguments[0], "tyndall");
-    EXPECT_EQ(run(arguments, kilobytes), row.code);
+    EXPECT_EQ(run(arguments, limit), row.code);
     const std::string printed = contents(scratch_ / "printed");
     EXPECT_NE(printed.find(row.message), std::string::npos) << "printed:\n" << printed;
     // A picture where the render was done, and nothing half-written elsewhere.
@@ -140,7 +151,7 @@ class ErrorsTable : public testing::Test {
 
  private:
   /// \return exit code, -1 after a crash. All that is printed goes to a file.
-  int run(std::vector<std::string>& arguments, rlim_t kilobytes) const {
+  int run(std::vector<std::string>& arguments, Limit limit) const {
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);
@@ -150,8 +161,9 @@ class ErrorsTable : public testing::Test {
       const int file = ::open(printed.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
       ::dup2(file, STDOUT_FILENO);
       ::dup2(file, STDERR_FILENO);
-      const rlimit limit{kilobytes * 1024, kilobytes * 1024};
-      if (kilobytes > 0) ::setrlimit(RLIMIT_AS, &limit);
+      ::close(file);
+      const rlimit bound{limit.value, limit.value};
+      if (limit.value > 0) ::setrlimit(limit.what, &bound);
       if (::chdir(folder.c_str()) == 0) ::execv(binary_.c_str(), argv.data());
       ::_exit(127);
     }

@@ -174,6 +174,12 @@ TEST_F(ImageFile, a_map_of_longitude_and_latitude_is_used_and_a_cube_refused) {
   EXPECT_TRUE(load(exr_file({part})).warnings.empty());
   part.attributes = exr_attribute("envmap", "envmap", std::string(1, '\1'));
   EXPECT_EQ(refusal(exr_file({part})).substr(0, 37), "a cube of six faces (envmap): write i");
+  part.attributes = exr_attribute("envmap", "envmap", std::string(1, '\7'));
+  EXPECT_EQ(refusal(exr_file({part})).substr(0, 53),
+            "its envmap is 7, neither 0 (latlong) nor 1 (a cube): ");
+  const Json told = Json::parse(info(put(exr_file({part})), true).text);
+  EXPECT_EQ(told["envmap"], 7);
+  EXPECT_EQ(told["use"].get<std::string>().substr(0, 23), "none: its envmap is 7, ");
 }
 
 TEST_F(ImageFile, primaries_become_those_of_rec_709) {
@@ -211,6 +217,13 @@ TEST_F(ImageFile, what_is_not_honoured_is_named) {
   const LoadedImage loaded = load(exr_file({part}));
   ASSERT_EQ(loaded.warnings.size(), 1u);
   EXPECT_EQ(loaded.warnings[0].substr(0, 48), "its whiteLuminance of 100 cd/m2 is not applied: ");
+  part.attributes = "";
+  part.pixel_aspect = 2;
+  const std::string wide = put(exr_file({part}));
+  ASSERT_EQ(load_image(wide).warnings.size(), 1u);
+  EXPECT_EQ(load_image(wide).warnings[0].substr(0, 41),
+            "its pixelAspectRatio of 2 is not applied:");
+  EXPECT_EQ(Json::parse(info(wide, true).text)["pixel aspect ratio"], 2);
 }
 
 TEST_F(ImageFile, infinite_pixels_are_the_largest_half_or_the_largest_pixel) {
@@ -237,6 +250,17 @@ TEST_F(ImageFile, infinite_pixels_are_the_largest_half_or_the_largest_pixel) {
   part.channels[0].value = [](int, int) { return 1e20f; };
   loaded = load(exr_file({part}));
   EXPECT_EQ(loaded.image->texels()[2 * 16 + 3].x, 1e12f);
+}
+
+TEST_F(ImageFile, damage_is_told_by_the_name_of_the_file) {
+  const std::string whole = exr_file({plain()});
+  for (const std::size_t bytes : {whole.size() / 2, whole.size() - 20, std::size_t{40}}) {
+    const std::string message = refusal(whole.substr(0, bytes), "cut.exr");
+    EXPECT_EQ(message.substr(0, 9), "damaged: ") << bytes;
+    EXPECT_EQ(message.find("/proc"), std::string::npos) << message;
+  }
+  EXPECT_NE(refusal(whole.substr(0, whole.size() - 20), "cut.exr").find(path("cut.exr")),
+            std::string::npos);
 }
 
 TEST_F(ImageFile, info_shows_what_an_image_says) {
@@ -311,6 +335,38 @@ TEST_F(ImageFile, all_orders_of_pixels_are_turned_upright) {
   }
   EXPECT_EQ(refusal(radiance_file("", "-Y 2 +Y 3", powers(6)), "sky.hdr").substr(0, 30),
             "damaged: '-Y 2 +Y 3' is no siz");
+}
+
+// rpict(1): views are perspectives (-vtv, or no -vt at all), parallel (l), cylinders (c) or
+// fisheyes (a, h, s).
+TEST_F(ImageFile, a_radiance_picture_with_a_view_is_no_map) {
+  const auto read = [&](const std::string& lines) {
+    return load(radiance_file(lines, "-Y 1 +X 2", powers(2)), "sky.hdr");
+  };
+  const auto warning = [&](const std::string& lines) {
+    const LoadedImage loaded = read(lines);
+    EXPECT_EQ(loaded.warnings.size(), 1u) << lines;
+    return loaded.warnings.empty() ? "" : loaded.warnings[0];
+  };
+  EXPECT_EQ(warning("VIEW= -vta -vp 0 0 0 -vh 360\n"),
+            "its VIEW is an angular fisheye (-vta): it is read by longitude and latitude all the "
+            "same; convert it to that first");
+  EXPECT_EQ(warning("VIEW= -vtc\n").substr(0, 42), "its VIEW is a cylindrical panorama (-vtc):");
+  EXPECT_EQ(warning("VIEW= -vp 1 2 3\n").substr(0, 33), "its VIEW is a perspective (-vtv):");
+  EXPECT_EQ(warning("VIEW= -vth\nVIEW= -vp 1 2 3\n").substr(0, 43),
+            "its VIEW is a hemispherical fisheye (-vth):");
+  EXPECT_EQ(warning("VIEW= -vtx\n").substr(0, 38), "its VIEW is of an unknown type (-vtx):");
+  EXPECT_TRUE(read("\tVIEW= -vta\n").warnings.empty());
+  EXPECT_EQ(warning("PIXASPECT=4\nPIXASPECT=0.5\n").substr(0, 34),
+            "its PIXASPECT of 2 is not applied:");
+  EXPECT_TRUE(read("PIXASPECT=1\n").warnings.empty());
+  EXPECT_EQ(refusal(radiance_file("PIXASPECT=0\n", "-Y 1 +X 2", powers(2)), "sky.hdr"),
+            "damaged: its PIXASPECT is 0, not above 0");
+  const std::string wide =
+      put(radiance_file("VIEW= -vtl -vh 3\nPIXASPECT=2\n", "-Y 1 +X 2", powers(2)), "sky.hdr");
+  const Json told = Json::parse(info(wide, true).text);
+  EXPECT_EQ(told["view"], "-vtl -vh 3");
+  EXPECT_EQ(told["pixel aspect ratio"], 2);
 }
 
 TEST_F(ImageFile, radiance_has_primaries_and_pictures_in_xyz) {

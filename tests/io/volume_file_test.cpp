@@ -140,8 +140,8 @@ TEST(VolumeFile, warns_of_strange_values_with_their_number) {
         "2 of 4139 active voxels are infinite or beyond 1e12: taken as 0.9, the largest of the "
         "others (the first: index 1, 0, 0)");
     EXPECT_EQ(strange.warnings[2],
-              "1 of 4139 active voxels are infinite or beyond -1e12: taken as -1e+06, the smallest "
-              "of the others (the first: index 2, 0, 0)");
+              "1 of 4139 active voxels are minus infinity or below -1e12: taken as -1e+06, the "
+              "smallest of the others (the first: index 2, 0, 0)");
     const SparseGrid grid = strange.volume->view();
     const auto at = [&](int x) { return grid.voxel({x, 0, 0}, nodes); };
     EXPECT_EQ(at(0), 0.0f);
@@ -162,6 +162,12 @@ TEST(VolumeFile, warns_of_strange_values_with_their_number) {
   EXPECT_EQ(colors.warnings[0],
             "1 of 3 active voxels are no numbers (NaN): taken as 0 (the first: index 0, 0, 0)");
   EXPECT_EQ(colors.warnings[1], "2 of 3 active voxels are negative, down to -2: taken as black");
+  const LoadedVolume ones = load("minus_infinity.vdb");
+  ASSERT_EQ(ones.warnings.size(), 1u);
+  EXPECT_EQ(ones.warnings[0],
+            "1 of 512 active voxels are minus infinity or below -1e12: taken as 1, the smallest of "
+            "the others (the first: index 3, 4, 5)");
+  EXPECT_EQ(ones.volume->view().voxel({3, 4, 5}, nodes), 1.0f);
   const LoadedVolume tile = load("huge_tile.vdb");
   ASSERT_EQ(tile.warnings.size(), 1u);
   EXPECT_EQ(
@@ -204,6 +210,10 @@ TEST(VolumeFile, says_which_grids_there_are_and_what_to_write) {
   ends("unicode.vdb", R"(write "grid": "плотность")");
   ends("long_name.vdb", R"(write "grid" and the whole name, of 10000 bytes)");
   ends("temperature_alone.vdb", R"(write "grid": "temperature")");
+  ends("misaligned.vdb", R"(write "grid": "temperature")", "temprature");
+  ends("misaligned.vdb", R"(write "grid": "temperature")", "Temperatur");
+  ends("misaligned.vdb", R"(write "grid": "density")", "dnesity");
+  ends("misaligned.vdb", R"(write "grid": "density")", "smoke");  // the first
   ends("level_set.vdb", R"("surface" (float, level set)");
   ends("same_name.vdb", R"(2 grids are named "density")");
   ends("same_name.vdb", R"(write "grid": "density[0]")");

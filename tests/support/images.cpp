@@ -31,7 +31,7 @@ std::string header_of(const ExrPart& part, bool has_parts) {
                        + exr_attribute("dataWindow", "box2i", window(part.data))
                        + exr_attribute("displayWindow", "box2i", window(part.display))
                        + exr_attribute("lineOrder", "lineOrder", std::string(1, '\0'))
-                       + exr_attribute("pixelAspectRatio", "float", raw(1.0f))
+                       + exr_attribute("pixelAspectRatio", "float", raw(part.pixel_aspect))
                        + exr_attribute("screenWindowCenter", "v2f", raw(0.0f) + raw(0.0f))
                        + exr_attribute("screenWindowWidth", "float", raw(1.0f));
   if (has_parts)

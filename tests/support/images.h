@@ -21,6 +21,7 @@ struct ExrPart {
   std::array<int, 4> display{0, 0, 15, 7};  ///< window
   std::string attributes = {};              ///< see exr_attribute
   std::string name = {};                    ///< wanted where there are several parts
+  float pixel_aspect = 1;
 };
 
 /// Three channels of one name, "" for plain ones.

@@ -38,6 +38,10 @@ struct DecodedImage {
   void resize(long long columns, long long rows);
 };
 
+/// Why the aspect ratio of pixels is not applied.
+inline constexpr const char* whole_sphere =
+    "the picture covers the whole sphere, whatever the shape of its pixels";
+
 DecodedImage decode_exr();
 DecodedImage decode_radiance();
 

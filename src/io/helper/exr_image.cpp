@@ -213,7 +213,8 @@ std::string compression_of(const Imf::Header& header) {
   return n < std::size(names) ? names[n] : "unknown";
 }
 
-void tell_of_part(const Imf::Header& header, Json& told) {
+/// \param envmap the part's own, or null
+void tell_of_part(const Imf::Header& header, const int* envmap, Json& told) {
   if (header.hasName()) told["name"] = header.name();
   if (header.hasView()) told["view"] = header.view();
   if (is_deep(header)) told["deep"] = true;
@@ -221,8 +222,15 @@ void tell_of_part(const Imf::Header& header, Json& told) {
   told["data window"] = corners(header.dataWindow());
   told["display window"] = corners(header.displayWindow());
   told["compression"] = compression_of(header);
-  if (Imf::hasEnvmap(header))
-    told["envmap"] = Imf::envmap(header) == Imf::ENVMAP_CUBE ? "cube" : "latlong";
+  if (header.pixelAspectRatio() != 1) told["pixel aspect ratio"] = header.pixelAspectRatio();
+  if (envmap != nullptr) {
+    if (*envmap == Imf::ENVMAP_LATLONG)
+      told["envmap"] = "latlong";
+    else if (*envmap == Imf::ENVMAP_CUBE)
+      told["envmap"] = "cube";
+    else
+      told["envmap"] = *envmap;
+  }
   for (auto it = header.begin(); it != header.end(); ++it) {
     const auto* text = dynamic_cast<const Imf::StringAttribute*>(&it.attribute());
     if (text != nullptr && std::string(it.name()).starts_with("tyndall."))
@@ -251,6 +259,9 @@ void honour(const Imf::Header& header, DecodedImage& image) {
         Primaries{{double{c.red.x}, double{c.red.y}, double{c.green.x}, double{c.green.y},
                    double{c.blue.x}, double{c.blue.y}, double{c.white.x}, double{c.white.y}}};
   }
+  if (header.pixelAspectRatio() != 1)
+    image.warnings.push_back(fmt::format("its pixelAspectRatio of {:g} is not applied: {}",
+                                         header.pixelAspectRatio(), whole_sphere));
   if (Imf::hasWhiteLuminance(header))
     image.warnings.push_back(
         fmt::format("its whiteLuminance of {:g} cd/m2 is not applied: values "
@@ -264,11 +275,16 @@ DecodedImage decode() {
   DecodedImage image;
   Imf::MultiPartInputFile file(input_path, 0);
   const bool has_parts = file.parts() > 1;
+  const std::map<std::size_t, int> envmaps = exr_envmaps(input_path);
+  const auto envmap_of = [&](int part) -> const int* {
+    const auto found = envmaps.find(static_cast<std::size_t>(part));
+    return found == envmaps.end() ? nullptr : &found->second;
+  };
   std::vector<Layer> layers, greys;
   for (int n = 0; n < file.parts(); ++n) {
     const Imf::Header& header = file.header(n);
     Json part = Json::object();
-    tell_of_part(header, part);
+    tell_of_part(header, envmap_of(n), part);
     if (has_parts)
       image.told["parts"].push_back(part);
     else
@@ -291,10 +307,18 @@ DecodedImage decode() {
   }
   if (has_parts || !layer->name.empty()) image.told["taken"] = layer->shown(has_parts);
   const Imf::Header& header = file.header(layer->part);
-  if (Imf::hasEnvmap(header) && Imf::envmap(header) == Imf::ENVMAP_CUBE) {
+  const int* envmap = envmap_of(layer->part);
+  if (envmap != nullptr && *envmap == Imf::ENVMAP_CUBE) {
     image.problem =
         "a cube of six faces (envmap): write it by longitude and latitude, such as with `exrenvmap "
         "-l`";
+    return image;
+  }
+  if (envmap != nullptr && *envmap != Imf::ENVMAP_LATLONG) {
+    image.problem = fmt::format(
+        "its envmap is {}, neither 0 (latlong) nor 1 (a cube): write it by longitude and latitude, "
+        "with envmap 0 or without",
+        *envmap);
     return image;
   }
   honour(header, image);

@@ -21,9 +21,6 @@ inline constexpr const char* too_much_memory = "it asks for more memory than the
 
 [[noreturn]] void damaged(const std::string& message);
 
-/// For libraries that open files by name.
-inline constexpr const char* input_path = "/proc/self/fd/0";
-
 std::uint64_t input_size();
 
 /// \throws Failure where the file ends before.

@@ -41,6 +41,7 @@
 namespace tyndall::io {
 
 inline constexpr int memory_descriptor = 3;
+inline constexpr const char* input_path = "/proc/self/fd/0";  ///< for libraries that want a name
 /// Larger numbers are cut, where floats have 16 bits.
 inline constexpr float largest_half = 65504.0f;
 inline constexpr const char* volume_helper = "tyndall-vdb";

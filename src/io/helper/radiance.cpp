@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <sstream>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -83,6 +85,29 @@ void read_resolution(const std::string& line, DecodedImage& image) {
                       line.substr(0, 60)));
 }
 
+/// The projection of a picture's view: Radiance has none by longitude and latitude.
+/// \param options of all lines VIEW= together; without -vt they mean a perspective
+void tell_of_view(const std::string& options, DecodedImage& image) {
+  constexpr std::pair<char, const char*> types[] = {
+      {'v', "a perspective"},           {'l', "a parallel projection"},
+      {'c', "a cylindrical panorama"},  {'a', "an angular fisheye"},
+      {'h', "a hemispherical fisheye"}, {'s', "a planispheric fisheye"}};
+  std::string words, type = "-vtv";
+  std::istringstream all(options);
+  for (std::string word; all >> word;) {
+    words += (words.empty() ? "" : " ") + word;
+    if (word.starts_with("-vt")) type = word;
+  }
+  const char* name = "of an unknown type";
+  for (const auto& [letter, shown] : types)
+    if (type.size() == 4 && type[3] == letter) name = shown;
+  image.told["view"] = words.substr(0, 200);
+  image.warnings.push_back(
+      fmt::format("its VIEW is {} ({}): it is read by longitude and latitude all the same; convert "
+                  "it to that first",
+                  name, type.substr(0, 20)));
+}
+
 /// Runs of each byte of the pixels apart.
 void read_new_row(Bytes& bytes, std::vector<unsigned char>& row, std::size_t width) {
   for (std::size_t part = 0; part < 4; ++part) {
@@ -151,8 +176,9 @@ DecodedImage decode_radiance() {
   read_at(0, file.data(), file.size());
   Bytes bytes(file);
   DecodedImage image;
-  double exposure = 1;
-  bool is_exposed = false;
+  double exposure = 1, aspect = 1;
+  bool is_exposed = false, has_view = false;
+  std::string view;
   bytes.line();  // "#?RADIANCE"
   // A header of a picture that this one was made of is indented, and does not count.
   for (std::string line = bytes.line(); !line.empty(); line = bytes.line()) {
@@ -184,12 +210,25 @@ DecodedImage decode_radiance() {
       Primaries primaries;
       std::copy(xy.begin(), xy.end(), primaries.xy.begin());
       if (!image.primaries) image.primaries = primaries;
+    } else if (key == "PIXASPECT") {  // several multiply
+      const double factor = numbers(key, value, 1)[0];
+      require_positive(key, factor);
+      aspect *= factor;
+    } else if (key == "VIEW") {  // a later one keeps what it does not name
+      view += value + ' ';
+      has_view = true;
     } else if (key == "GAMMA" && numbers(key, value, 1)[0] != 1) {
       image.warnings.push_back(
           fmt::format("its GAMMA of {} is not applied: Radiance's pictures "
                       "are linear",
                       value.substr(0, 20)));
     }
+  }
+  if (has_view) tell_of_view(view, image);
+  if (aspect != 1) {
+    image.told["pixel aspect ratio"] = aspect;
+    image.warnings.push_back(
+        fmt::format("its PIXASPECT of {:g} is not applied: {}", aspect, whole_sphere));
   }
   if (is_exposed) image.told["exposure"] = exposure;
   require_positive("EXPOSURE, all together,", exposure);

@@ -152,6 +152,11 @@ void values() {
   huge_tile->tree().addTile(1, Coord(0), 1e30f, true);
   huge_tile->setName("density");
   write("huge_tile", {huge_tile});
+  auto ones = FloatGrid::create();
+  ones->fill(openvdb::CoordBBox(Coord(0), Coord(7)), 1.0f);
+  ones->tree().setValue(Coord(3, 4, 5), -infinite);
+  ones->setName("density");
+  write("minus_infinity", {ones});
   auto negative = ball();
   for (auto v = negative->beginValueOn(); v; ++v)
     if (v.getCoord().x() > 0) v.setValue(-*v);
