@@ -67,6 +67,31 @@ class Watched {
   std::atomic<bool> is_stopped_ = false;
 };
 
+/// As Python names files: bytes that are no UTF-8 become lone surrogates.
+py::object text(const std::string& bytes) {
+  PyObject* made =
+      PyUnicode_DecodeUTF8(bytes.data(), static_cast<Py_ssize_t>(bytes.size()), "surrogateescape");
+  if (made == nullptr) throw py::error_already_set();
+  return py::reinterpret_steal<py::object>(made);
+}
+
+py::list texts(const std::vector<std::string>& all) {
+  py::list out;
+  for (const std::string& one : all) out.append(text(one));
+  return out;
+}
+
+/// What `make` returns. Python's lack of memory becomes that of C++, which is reported as an Error.
+template <class F>
+auto made(const F& make) {
+  try {
+    return make();
+  } catch (const py::error_already_set& error) {
+    if (!error.matches(PyExc_MemoryError)) throw;
+    throw std::bad_alloc();
+  }
+}
+
 py::array_t<float> array(std::vector<py::ssize_t> shape, const float* values) {
   return py::array_t<float>(std::move(shape), values);
 }
@@ -78,18 +103,18 @@ py::array_t<float> cells(const std::array<int, 3>& size, const std::vector<Vec3f
 
 py::dict facts(const RenderResult& result) {
   py::dict out;
-  for (const auto& [key, value] : result.picture.provenance) out[py::str(key)] = value;
+  for (const auto& [key, value] : result.picture.provenance) out[text(key)] = text(value);
   return out;
 }
 
-py::dict render_text(const std::string& name, const std::string& text, const std::string& folder,
+py::dict render_text(const std::string& name, const std::string& scene, const std::string& folder,
                      const std::vector<std::string>& overrides, const std::string& device,
                      int threads, Callback progress) {
   RenderResult result;
   std::vector<std::string> warnings;
   {
     const py::gil_scoped_release no_lock;
-    const io::SceneFile file = io::read_scene_text(name, text, folder, overrides);
+    const io::SceneFile file = io::read_scene_text(name, scene, folder, overrides);
     Watched run(device, threads, std::move(progress));
     run.session.accept(file, {});
     run.session.prepare(file.scene);
@@ -100,23 +125,25 @@ py::dict render_text(const std::string& name, const std::string& text, const std
     run.session.finish(result, file);
     warnings = std::move(run.warnings);
   }
-  const Picture& picture = result.picture;
-  py::dict layers;
-  for (const PictureLayer& layer : picture.layers)
-    layers[py::str(layer.name)] =
-        array({picture.height, picture.width, static_cast<py::ssize_t>(layer.channels.size())},
-              layer.values.data());
-  py::dict out;
-  out["picture"] = array({picture.height, picture.width, 4}, picture.rgba.data());
-  out["layers"] = layers;
-  out["tallies"] = fmt::format("{:016x}", result.hashes.tallies);
-  out["pixels"] = fmt::format("{:016x}", result.hashes.pixels);
-  out["facts"] = facts(result);
-  out["warnings"] = warnings;
-  return out;
+  return made([&] {
+    const Picture& picture = result.picture;
+    py::dict layers;
+    for (const PictureLayer& layer : picture.layers)
+      layers[text(layer.name)] =
+          array({picture.height, picture.width, static_cast<py::ssize_t>(layer.channels.size())},
+                layer.values.data());
+    py::dict out;
+    out["picture"] = array({picture.height, picture.width, 4}, picture.rgba.data());
+    out["layers"] = layers;
+    out["tallies"] = fmt::format("{:016x}", result.hashes.tallies);
+    out["pixels"] = fmt::format("{:016x}", result.hashes.pixels);
+    out["facts"] = facts(result);
+    out["warnings"] = texts(warnings);
+    return out;
+  });
 }
 
-py::dict bake_text(const std::string& name, const std::string& text, const std::string& folder,
+py::dict bake_text(const std::string& name, const std::string& scene, const std::string& folder,
                    const std::vector<std::string>& overrides, const std::string& device,
                    int threads, Callback progress, bool with_directions, bool per_light,
                    bool multiple_only) {
@@ -125,15 +152,15 @@ py::dict bake_text(const std::string& name, const std::string& text, const std::
   std::vector<std::string> warnings;
   {
     const py::gil_scoped_release no_lock;
-    const io::SceneFile file = io::read_scene_text(name, text, folder, overrides);
+    const io::SceneFile file = io::read_scene_text(name, scene, folder, overrides);
     Watched run(device, threads, std::move(progress));
     run.session.accept(file, {});
-    const Scene scene = scene_to_bake(file.scene, with_directions, per_light, multiple_only);
-    run.session.prepare(scene, most_replicates);
+    const Scene baked = scene_to_bake(file.scene, with_directions, per_light, multiple_only);
+    run.session.prepare(baked, most_replicates);
     RenderOptions options = run.session.control().options();
-    options.photons = IndexRange{0, scene.photons};
+    options.photons = IndexRange{0, baked.photons};
     options.measures_matter = true;
-    const std::unique_ptr<Renderer> renderer = run.session.begin(scene, options);
+    const std::unique_ptr<Renderer> renderer = run.session.begin(baked, options);
     run.session.run(*renderer, false);
     result = renderer->result();
     run.session.finish(result, file);
@@ -142,36 +169,37 @@ py::dict bake_text(const std::string& name, const std::string& text, const std::
       throw Error(ExitCode::scene_invalid,
                   name + ": no light reaches the medium: there is nothing to bake");
     }
-    light = bake(*renderer, scene);
+    light = bake(*renderer, baked);
   }
-  py::dict fluence, slope;
-  for (const BakedGroup& group : light.groups) {
-    const std::string key = group.name.empty() ? "all" : group.name;
-    fluence[py::str(key)] = cells(light.size, group.fluence);
-    if (group.slope[0].empty()) continue;
-    py::list axes;
-    for (const std::vector<Vec3f>& axis : group.slope) axes.append(cells(light.size, axis));
-    slope[py::str(key)] = axes;
-  }
-  py::dict out;
-  out["low"] = py::make_tuple(light.low.x, light.low.y, light.low.z);
-  out["high"] = py::make_tuple(light.high.x, light.high.y, light.high.z);
-  out["fluence"] = fluence;
-  out["slope"] = slope;
-  out["albedo"] = cells(light.size, light.albedo);
-  out["relative_error"] = py::none();
-  if (!light.relative_error.empty())
-    out["relative_error"] =
-        array({light.size[2], light.size[1], light.size[0]}, light.relative_error.data());
-  out["facts"] = facts(result);
-  out["warnings"] = warnings;
-  return out;
+  return made([&] {
+    py::dict fluence, slope;
+    for (const BakedGroup& group : light.groups) {
+      const std::string key = group.name.empty() ? "all" : group.name;
+      fluence[text(key)] = cells(light.size, group.fluence);
+      if (group.slope[0].empty()) continue;
+      py::list axes;
+      for (const std::vector<Vec3f>& axis : group.slope) axes.append(cells(light.size, axis));
+      slope[text(key)] = axes;
+    }
+    py::dict out;
+    out["low"] = py::make_tuple(light.low.x, light.low.y, light.low.z);
+    out["high"] = py::make_tuple(light.high.x, light.high.y, light.high.z);
+    out["fluence"] = fluence;
+    out["slope"] = slope;
+    out["albedo"] = cells(light.size, light.albedo);
+    out["relative_error"] = py::none();
+    if (!light.relative_error.empty())
+      out["relative_error"] =
+          array({light.size[2], light.size[1], light.size[0]}, light.relative_error.data());
+    out["facts"] = facts(result);
+    out["warnings"] = texts(warnings);
+    return out;
+  });
 }
 
-std::vector<std::string> validate_text(const std::string& name, const std::string& text,
-                                       const std::string& folder,
-                                       const std::vector<std::string>& overrides) {
-  return io::read_scene_text(name, text, folder, overrides).warnings;
+py::list validate_text(const std::string& name, const std::string& scene, const std::string& folder,
+                       const std::vector<std::string>& overrides) {
+  return made([&] { return texts(io::read_scene_text(name, scene, folder, overrides).warnings); });
 }
 
 }  // namespace
@@ -185,7 +213,7 @@ PYBIND11_MODULE(_core, m) {
   py::register_exception_translator([](std::exception_ptr p) {
     const auto raise = [](const std::string& what, ExitCode code) {
       const py::object type = py::module_::import("tyndall").attr("Error");
-      const py::object value = type(what, static_cast<int>(code));
+      const py::object value = type(text(what), static_cast<int>(code));
       PyErr_SetObject(type.ptr(), value.ptr());
     };
     try {

@@ -3,6 +3,7 @@ import json
 import os
 import pathlib
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -129,6 +130,82 @@ class Package(unittest.TestCase):
                 file.write('{"tyndall": 1}')
             self.assertEqual(code(lambda: tyndall.validate(path)), 3)
             self.assertEqual(code(lambda: tyndall.validate(folder)), 4)
+
+    def test_names_need_not_be_utf_8(self):
+        with tempfile.TemporaryDirectory() as folder:
+            inner = os.path.join(os.fsencode(folder), b"caf\xe9")
+            os.mkdir(inner)
+            ball().tofile(os.path.join(inner, b"ball.raw"))
+            written = scene(ball())
+            written["medium"]["components"][0]["field"] = {"type": "grid", "file": "ball.raw", "size": [24, 24, 24]}
+            path = os.path.join(inner, b"caf\xe9.json")
+            with open(path, "w") as file:
+                json.dump(written, file)
+            right = tyndall.render(scene(ball())).tallies
+            self.assertEqual(tyndall.render(path).tallies, right)
+            self.assertEqual(tyndall.render(os.fsdecode(path)).tallies, right)
+            self.assertEqual(tyndall.bake(path).low, tyndall.bake(scene(ball())).low)
+            written["medium"]["components"][0]["extinction"] = 0
+            with open(os.path.join(inner, b"dark.json"), "w") as file:
+                json.dump(written, file)
+            said = tyndall.validate(os.path.join(inner, b"dark.json"))
+            self.assertEqual(said[0][:len(os.fsdecode(inner))], os.fsdecode(inner))
+            written["medium"]["components"][0]["extinction"] = 20
+            with self.assertRaises(tyndall.Error) as caught:
+                tyndall.validate(path, {"medium.components[0].field.file": "no.raw"})
+            self.assertEqual(caught.exception.code, 4)
+            with self.assertRaises(tyndall.Error) as caught:
+                tyndall.validate(path + b".no")
+            self.assertEqual(str(caught.exception), os.fsdecode(path) + ".no: No such file or directory")
+            before = os.getcwd()
+            os.chdir(inner)
+            try:
+                self.assertEqual(tyndall.render(written).tallies, right)
+            finally:
+                os.chdir(before)
+
+    def test_texts_that_are_none_are_named(self):
+        for call, name in ((lambda: tyndall.render(scene(ball()), device="\ud800"), "device: "),
+                           (lambda: tyndall.bake(scene(ball()), device="\ud800"), "device: "),
+                           (lambda: tyndall.validate(scene(ball()), {"film.filter": "\ud800"}),
+                            "overrides['film.filter']: "),
+                           (lambda: tyndall.validate("\ud800.json"), "scene: ")):
+            with self.assertRaises(tyndall.Error) as caught:
+                call()
+            self.assertEqual(caught.exception.code, 2)
+            self.assertEqual(str(caught.exception)[:len(name)], name)
+        for call in (lambda: tyndall.validate(scene(ball()), {"film.filter": "\udce9"}),
+                     lambda: tyndall.render(scene(ball()), device="\udce9"),
+                     lambda: tyndall.validate(scene(ball()), {"medium.components[0].field.file": "\udce9.raw"}),
+                     lambda: tyndall.validate({"\ud800": 1})):
+            with self.assertRaises(tyndall.Error):
+                call()
+
+    def test_lack_of_memory_is_an_error(self):
+        huge = numpy.broadcast_to(numpy.float64(1), (100000, 100000, 100000))
+        with self.assertRaises(tyndall.Error) as caught:
+            tyndall.validate(scene(huge))
+        self.assertEqual(caught.exception.code, 6)
+        # From the last pass on, so many megabytes are left.
+        script = """
+import re, resource, sys, numpy, tyndall
+def progress(name, share):
+    if (name, share) == ("pixels", 1.0):
+        size = int(re.search(r"VmSize:\\s*(\\d+)", open("/proc/self/status").read())[1]) * 1024
+        resource.setrlimit(resource.RLIMIT_AS, (size + int(sys.argv[1]) * 2 ** 20, resource.RLIM_INFINITY))
+try:
+    tyndall.render({"tyndall": 1, "medium": {"components": [{"field": {"type": "sphere"}, "extinction": 1}]},
+                    "lights": [{"type": "environment", "radiance": 1}],
+                    "camera": {"position": [0, 0, -50], "look_at": [0.5, 0.5, 0.5], "resolution": [1000, 1000]},
+                    "photons": {"count": 100, "illumination": {"resolution": 2}}, "gather": {"samples": 1}},
+                   progress=progress, threads=1)
+    print("done")
+except tyndall.Error as error:
+    print("Error", error.code)
+"""
+        said = [subprocess.run([sys.executable, "-c", script, str(megabytes)], capture_output=True, text=True)
+                for megabytes in (1, 20, 40, 60, 80, 100, 120, 160, 4000)]
+        self.assertEqual({run.stdout for run in said}, {"Error 6\n", "done\n"}, [run.stderr[-200:] for run in said])
 
     def test_axes_of_arrays(self):
         values = numpy.zeros((4, 6, 8), numpy.float32)

@@ -98,22 +98,35 @@ def _with_arrays(value, folder, where):
     return out
 
 
+def _bytes(name, value):
+    """A text as the command line takes it: what os.fsdecode() made of bytes becomes these again."""
+    try:
+        return os.fsencode(value)
+    except UnicodeError as error:
+        raise Error(f"{name}: no text that a file could have: {error}", 2) from None
+
+
 def _prepared(scene, overrides, folder):
-    """Name, text and folder of a scene, and its overrides as texts."""
+    """Name, text and folder of a scene, and its overrides, all as bytes."""
     if not isinstance(overrides or {}, dict):
         raise Error(f"overrides: expected a dict such as {{\"camera.fov\": 30}}, got a {type(overrides).__name__}", 2)
-    texts = [f"{key}={value if isinstance(value, str) else json.dumps(_with_arrays(value, folder, key))}"
+    texts = [_bytes(f"overrides[{key!r}]",
+                    f"{key}={value if isinstance(value, str) else json.dumps(_with_arrays(value, folder, key))}")
              for key, value in (overrides or {}).items()]
     if isinstance(scene, dict):
-        return "scene", json.dumps(_with_arrays(scene, folder, "scene"), indent=1), os.getcwd(), texts
+        text = json.dumps(_with_arrays(scene, folder, "scene"), indent=1).encode()
+        try:
+            return b"scene", text, os.getcwdb(), texts
+        except OSError as error:
+            raise Error(f"scene: no current folder, where its files are: {error.strerror}", 4) from None
     if not isinstance(scene, (str, bytes, os.PathLike)):
         raise Error(f"scene: expected a dict or the path of a file, got a {type(scene).__name__}", 2)
-    path = os.fsdecode(scene)
+    path = _bytes("scene", scene)
     try:
         with open(path, "rb") as file:
             return path, file.read(), os.path.dirname(path), texts
     except OSError as error:
-        raise Error(f"{path}: {error.strerror}", 4) from None
+        raise Error(f"{os.fsdecode(path)}: {error.strerror}", 4) from None
 
 
 def _call(function, scene, overrides, *arguments):
@@ -155,7 +168,7 @@ def _work(device, threads, progress):
     def goes_on(name, share):
         said = progress(name, share)
         return said is None or bool(said)  # None is what functions return that return nothing
-    return device, _integer("threads", threads, 4096), None if progress is None else goes_on
+    return _bytes("device", device), _integer("threads", threads, 4096), None if progress is None else goes_on
 
 
 def render(scene, overrides=None, *, device="auto", threads=0, progress=None):
