@@ -474,12 +474,29 @@ bool related(std::string_view a, std::string_view b) {
          && (a.empty() || a.size() == b.size() || b[a.size()] == '.' || b[a.size()] == '[');
 }
 
-[[noreturn]] void throw_all(std::vector<Finding> errors) {
+/// Warnings about the things that have errors, each on its line: what was made of a file's values
+/// may be what is wrong with them.
+std::string related_warnings(const std::vector<Finding>& warnings,
+                             const std::vector<Finding>& errors) {
+  std::string lines;
+  for (const Finding& warning : warnings) {
+    const auto is_beside = [&](const Finding& error) {
+      const std::string thing = error.path.substr(0, error.path.rfind('.'));
+      return thing.size() < error.path.size() && related(thing, warning.path)
+             && warning.path.size() > thing.size();
+    };
+    if (std::any_of(errors.begin(), errors.end(), is_beside))
+      lines += fmt::format("warning: {}\n", warning.text());
+  }
+  return lines;
+}
+
+/// \param lines what comes before them
+[[noreturn]] void throw_all(std::vector<Finding> errors, std::string lines = "") {
   constexpr std::size_t most = 100;
   std::stable_sort(errors.begin(), errors.end(), [](const Finding& a, const Finding& b) {
     return std::pair(a.source->option, a.offset) < std::pair(b.source->option, b.offset);
   });
-  std::string lines;
   for (std::size_t i = 0; i < std::min(most, errors.size()); ++i)
     lines += fmt::format("{}{}", i == 0 ? "" : "\n", errors[i].text());
   if (errors.size() > most) lines += fmt::format("\n... and {} more", errors.size() - most);
@@ -576,7 +593,10 @@ SceneFile read_written(const std::string& name, const std::string& text, const s
     };
     if (std::none_of(unread.begin(), unread.end(), covers)) errors.push_back(finding(problem));
   }
-  if (!errors.empty()) throw_all(std::move(errors));
+  if (!errors.empty()) {
+    std::string before = related_warnings(reader.warnings, errors);
+    throw_all(std::move(errors), std::move(before));
+  }
   std::vector<std::string> warnings, inputs = std::move(reader.inputs);
   for (const Finding& warning : reader.warnings) warnings.push_back(warning.text());
   for (const Problem& warning : problems.warnings) warnings.push_back(finding(warning).text());

@@ -16,6 +16,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/matrix.hpp>
 
+#include "io/scene_json.h"
 #include "io/sha256.h"
 #include "support/volumes.h"
 
@@ -177,6 +178,26 @@ TEST(VolumeFile, warns_of_strange_values_with_their_number) {
   const LoadedVolume infinite = load("infinite_background.vdb");
   ASSERT_EQ(infinite.warnings.size(), 1u);
   EXPECT_EQ(infinite.volume->background(), 0.0f);
+}
+
+TEST(VolumeFile, errors_come_after_what_was_made_of_infinite_voxels) {
+  TYNDALL_NEEDS_VOLUMES();
+  const std::string scene = R"({"tyndall": 1,
+ "medium": {"components": [{"extinction": 10, "field": {"type": "vdb", "file": "huge_tile.vdb"}}]},
+ "lights": [{"type": "environment", "radiance": 1}]})";
+  try {
+    read_scene_text("s.json", scene, fs::path(volume_path("huge_tile.vdb")).parent_path(), {});
+    FAIL() << "read";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.code(), ExitCode::scene_invalid);
+    const std::string said = error.what();
+    const std::size_t infinite =
+                          said.find("512 of 512 active voxels are infinite or beyond 1e12: "),
+                      dense = said.find("too dense for single precision");
+    EXPECT_EQ(said.find("warning: s.json:2:80: medium.components[0].field.file: "), 0u) << said;
+    EXPECT_LT(infinite, dense) << said;
+    EXPECT_NE(dense, said.npos) << said;
+  }
 }
 
 TEST(VolumeFile, level_sets_are_solid_whatever_their_background) {
