@@ -57,7 +57,7 @@ SHORTER = [
     (r"\b[1-9]e[67]\b", "1e4"),
     (r"--grids 64 128 --bounces 0 1 2", "--grids 16 --bounces 0"),
     (r"--photons 3000000 --samples 256 --path-samples 1024", "--photons 3000 --samples 8 --path-samples 8"),
-    (r"tyndall-bias --slabs .*", "tyndall-bias --slabs --bounces 0 --seeds 3 --width 4 --photons 1000 --samples 1"),
+    (r"tyndall-bias --slabs .*", "tyndall-bias --slabs --bounces 0 --seeds 3 --width 4 --photons 1000 --samples 1 --path-samples 1"),
     (r"scenes/NAME\.json --photons 8000000", "scenes/lonely_cloud.json --photons 1e4"),
     (r"--benchmark_repetitions=9 --benchmark_min_time=0\.1", "--benchmark_repetitions=2 --benchmark_min_time=0.001"),
     (r"^perf stat -r 60 ", ""),
