@@ -35,7 +35,7 @@ constexpr void describe(V& v, Type<Plume>) {
   v("radius_base", &Plume::radius_base, limits::size, field_unit, "radius at the base");
   v("radius_top", &Plume::radius_top, limits::size, field_unit, "radius at the top");
   v("lean", &Plume::lean, Numbers(limits::coordinate, "x, z"), field_unit,
-    "how far the axis moves sideways between base and top");
+    "offset of the axis at the top from that at the base");
 }
 
 template <class V>

@@ -24,9 +24,10 @@ inline constexpr std::array<double, 16> identity{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1
 template <class V>
 constexpr void describe(V& v, Type<Camera>) {
   v.unwritten(&Camera::projection);
-  v("position", &Camera::position, limits::coordinate, "length", "where it is");
-  v("look_at", &Camera::look_at, limits::coordinate, "length", "seen in the middle of the picture");
-  v("up", &Camera::up, limits::coordinate, "", "direction that is upwards in the picture");
+  v("position", &Camera::position, limits::coordinate, "length", "position");
+  v("look_at", &Camera::look_at, limits::coordinate, "length",
+    "point at the centre of the picture");
+  v("up", &Camera::up, limits::coordinate, "", "direction that points up in the picture");
   v.alias(
       "matrix", identity,
       [](Camera& c, const std::array<double, 16>& numbers) { c.matrix = by_rows(numbers); },
@@ -37,25 +38,25 @@ constexpr void describe(V& v, Type<Camera>) {
   v.when(&Camera::projection, Projection::perspective, "a pinhole, or a thin lens", [](auto& lens) {
     lens("fov", &Camera::fov, limits::fov, "degree", "full angle across the picture's width");
     lens.optional("focal_length", &Camera::focal_length, 50.0, limits::size, "unit of film_width",
-                  "of a lens focused far away");
+                  "focal length of a lens focused at infinity");
     lens("film_width", &Camera::film_width, limits::size, "unit of focal_length",
-         "beside focal_length: what the width of the picture falls on");
+         "width of the film, for focal_length");
     lens.alternatives({{"fov"}, {"focal_length", "film_width"}});
     lens("aperture_radius", &Camera::aperture_radius, limits::lens, "length",
-         "of the lens; 0: a pinhole, which has all in focus");
+         "radius of the lens; 0: a pinhole, everything in focus");
     lens("focus_distance", &Camera::focus_distance, limits::lens, "length",
-         "along the view, to the plane that is in focus; 0: to look_at");
+         "distance along the view to the plane in focus; 0: that of look_at");
   });
-  v.when(&Camera::projection, Projection::orthographic, "parallel rays, from its plane on",
-         [](auto& parallel) {
-           parallel("width", &Camera::width, limits::size, "length", "across the picture");
+  v.when(&Camera::projection, Projection::orthographic,
+         "parallel rays that start in the camera's plane", [](auto& parallel) {
+           parallel("width", &Camera::width, limits::size, "length", "width of the picture");
          });
   v.when(&Camera::projection, Projection::spherical,
          "all directions: longitude across, latitude down, look_at in the middle", [](auto&) {});
   v("resolution", &Camera::resolution, Numbers(limits::pixels, "width, height"), "pixel",
     "size of the picture");
   v("crop", &Camera::crop, Numbers(limits::crop, "x0, y0, x1, y1"), "pixel",
-    "the part of the picture that is rendered, without x1 and y1; all 0: the whole");
+    "window that is rendered, x1 and y1 excluded; all 0: the whole picture");
 }
 
 }  // namespace tyndall::scene

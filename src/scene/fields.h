@@ -32,19 +32,18 @@ constexpr void describe(V& v, Type<NoiseCloud>) {
         cloud.coverage = preset.coverage;
         cloud.falloff = preset.falloff;
       },
-      Word{}, "",
-      "sets contrast, coverage and falloff where they are not given: a soft cloud, or a broken "
-      "one");
+      Word{}, "", "default contrast, coverage and falloff: a soft cloud, or a broken one");
   v("octaves", &NoiseCloud::octaves, limits::octaves, "",
-    "octaves of gradient noise; 8, 12, 15 are 256^3, 4096^3, 32768^3 effective voxels");
+    "octaves of gradient noise; 8, 12, 15 give 256^3, 4096^3, 32768^3 effective voxels");
   v("gain", &NoiseCloud::gain, limits::gain, "",
-    "amplitude of an octave over that of the one before");
-  v("seed", &NoiseCloud::seed, limits::noise_seed, "", "another seed, another cloud");
+    "amplitude of an octave relative to the previous one");
+  v("seed", &NoiseCloud::seed, limits::noise_seed, "", "seed of the noise");
   v("contrast", &NoiseCloud::contrast, limits::contrast, "", "hardness of the edges");
-  v("coverage", &NoiseCloud::coverage, limits::coverage, "", "added to the noise: more is fuller");
+  v("coverage", &NoiseCloud::coverage, limits::coverage, "",
+    "added to the noise: larger values fill the body more");
   v("falloff", &NoiseCloud::falloff, limits::falloff, "",
-    "taken from the noise at the surface of the body, 0 at its middle");
-  v("body", &NoiseCloud::body, Things{}, "", "what the noise is wrapped around");
+    "subtracted from the noise at the surface of the body, falling to 0 at its centre");
+  v("body", &NoiseCloud::body, Things{}, "", "shape of the cloud");
 }
 
 inline constexpr Meaning<Interpolation> interpolation_words[] = {
@@ -53,15 +52,15 @@ constexpr auto& words(Type<Interpolation>) { return interpolation_words; }
 
 template <class V>
 constexpr void describe(V& v, Type<Remap>) {
-  v("scale", &Remap::scale, limits::remap, "", "values are multiplied by it");
-  v("offset", &Remap::offset, limits::remap, "", "then it is added");
+  v("scale", &Remap::scale, limits::remap, "", "factor of the values");
+  v("offset", &Remap::offset, limits::remap, "", "added after scale");
   v.alias(
       "clamp", glm::dvec2(Remap{}.low, Remap{}.high),
       [](Remap& r, const glm::dvec2& clamp) { r.low = clamp.x, r.high = clamp.y; },
-      Numbers(limits::density, "low, high"), "", "then what is beyond is cut");
+      Numbers(limits::density, "low, high"), "", "limits, applied after offset");
   v.part("clamp[0]", &Remap::low, limits::density);
   v.part("clamp[1]", &Remap::high, limits::density);
-  v("gamma", &Remap::gamma, limits::gamma, "", "power that is taken at last");
+  v("gamma", &Remap::gamma, limits::gamma, "", "exponent, applied last");
 }
 
 template <class V>
@@ -71,8 +70,8 @@ constexpr void describe(V& v, Type<DenseGrid>) {
   v.file("file", "density.raw",
          "densities as 32-bit floats, little endian; the name is relative to the scene's folder");
   v.alternatives({{"values"}, {"file"}}, true);
-  v("interpolation", &DenseGrid::interpolation, Word{}, "", "between the voxels");
-  v("remap", &DenseGrid::remap, Things{}, "", "what densities are made of the values");
+  v("interpolation", &DenseGrid::interpolation, Word{}, "", "interpolation between voxels");
+  v("remap", &DenseGrid::remap, Things{}, "", "maps voxel values to densities");
 }
 
 inline constexpr Meaning<SparseGrid::Fit> fit_words[] = {{"none", SparseGrid::Fit::none},
@@ -83,11 +82,11 @@ constexpr auto& words(Type<SparseGrid::Fit>) { return fit_words; }
 template <class V>
 constexpr void describe(V& v, Type<SparseGrid>) {
   v.unwritten(&SparseGrid::volume);
-  v("interpolation", &SparseGrid::interpolation, Word{}, "", "between the voxels");
-  v("remap", &SparseGrid::remap, Things{}, "", "what densities are made of the values");
+  v("interpolation", &SparseGrid::interpolation, Word{}, "", "interpolation between voxels");
+  v("remap", &SparseGrid::remap, Things{}, "", "maps voxel values to densities");
   v("fit", &SparseGrid::fit, Word{}, "",
-    "unit_cube: moved and scaled until it just fits into the unit cube of field space; none: field "
-    "space is the file's own");
+    "unit_cube: translates and scales the volume to fit the unit cube of field space; none: keeps "
+    "the coordinates of the file");
   v.unwritten(&SparseGrid::fit_box);
 }
 
@@ -96,8 +95,7 @@ constexpr void describe(V& v, Type<Field>) {
   v(Type<Solid>{}, "solid", "");
   v(Type<NoiseCloud>{}, "noise_cloud",
     "density clamp(contrast (noise + coverage - falloff q), 0, 1)");
-  v(Type<DenseGrid>{}, "grid",
-    "voxels in the unit cube, each value at its voxel's centre; x runs fastest");
+  v(Type<DenseGrid>{}, "grid", "voxels in the unit cube, values at the voxel centres, x fastest");
   v(Type<SparseGrid>{}, "volume", "");
 }
 

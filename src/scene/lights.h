@@ -13,7 +13,7 @@ namespace tyndall::scene {
 template <class L, class V>
 constexpr void light_group(V& v) {
   v("group", &L::group, Text{"a name"}, "",
-    "lights of one name are one group; those without a name, too");
+    "name of a light group, a layer of the picture; lights without a name are one group");
 }
 
 /// Instead of a radiance, or an intensity, the power: over that it is what `extent` says.
@@ -32,14 +32,14 @@ constexpr void or_power(V& v, const char* name, const char* doc) {
 template <class V>
 constexpr void describe(V& v, Type<PointLight>) {
   constexpr double sphere_steradians = 4 * std::numbers::pi;
-  v(required("position"), &PointLight::position, limits::coordinate, "length", "where it is");
-  v("power", &PointLight::power, color(limits::light), "W", "into all directions together");
+  v(required("position"), &PointLight::position, limits::coordinate, "length", "position");
+  v("power", &PointLight::power, color(limits::light), "W", "total power, over all directions");
   v.alias(
       "intensity", glm::dvec3(1.0 / sphere_steradians),
       [](PointLight& light, const glm::dvec3& intensity) {
         light.power = sphere_steradians * intensity;
       },
-      color(limits::light), "W/sr", "into every direction");
+      color(limits::light), "W/sr", "power per solid angle, uniform");
   v.alternatives({{"power"}, {"intensity"}}, true);
   light_group<PointLight>(v);
 }
@@ -47,75 +47,76 @@ constexpr void describe(V& v, Type<PointLight>) {
 template <class V>
 constexpr void describe(V& v, Type<DirectionalLight>) {
   v(required("direction"), &DirectionalLight::direction, limits::coordinate, "",
-    "the way it travels");
+    "direction in which the light travels");
   v(required("irradiance"), &DirectionalLight::irradiance, color(limits::light), "W/area",
-    "on a plane across the light");
+    "on a plane perpendicular to the direction");
   v("angle", &DirectionalLight::angle, limits::sun_angle, "degree",
-    "across the sun's disc, which the camera sees; 0: parallel, and unseen");
+    "angular diameter of a sun, visible to the camera; 0: parallel light, invisible");
   light_group<DirectionalLight>(v);
 }
 
 template <class V>
 constexpr void describe(V& v, Type<EnvironmentLight>) {
   v("radiance", &EnvironmentLight::radiance, color(limits::light), radiance_unit,
-    "the same from every direction");
+    "constant radiance");
   v.file("image", "sky.hdr",
-         "radiance by longitude and latitude, the top row at +y, the middle at +z, the left half "
-         "at +x; the name is relative to the scene's folder");
+         "latitude-longitude image of radiance: the top row is +y, the centre +z, the left half "
+         "+x; the name is relative to the scene's folder");
   v.alternatives({{"radiance"}, {"image"}}, true);
   v.unwritten(&EnvironmentLight::image);
-  v("scale", &EnvironmentLight::scale, limits::image_scale, "",
-    "times the radiance, or times the image");
+  v("scale", &EnvironmentLight::scale, limits::image_scale, "", "factor of radiance or image");
   v("rotation", &EnvironmentLight::rotation, limits::angle, "degree",
-    "of the image about +y: 90 takes what is at +z to +x");
+    "rotation of the image about +y: 90 turns +z to +x");
   light_group<EnvironmentLight>(v);
 }
 
 template <class V>
 constexpr void describe(V& v, Type<SpotLight>) {
-  v(required("position"), &SpotLight::position, limits::coordinate, "length", "where it is");
-  v(required("direction"), &SpotLight::direction, limits::coordinate, "", "the cone's axis");
-  v("angle", &SpotLight::angle, limits::spot_angle, "degree", "of the whole cone");
-  v("edge", &SpotLight::edge, limits::spot_edge, "", "share of the half angle over which it fades");
-  v("intensity", &SpotLight::intensity, color(limits::light), "W/sr", "along the direction");
-  or_power<&SpotLight::intensity, solid_angle, SpotLight>(v, "intensity", "into all of the cone");
+  v(required("position"), &SpotLight::position, limits::coordinate, "length", "position");
+  v(required("direction"), &SpotLight::direction, limits::coordinate, "", "axis of the cone");
+  v("angle", &SpotLight::angle, limits::spot_angle, "degree", "full angle of the cone");
+  v("edge", &SpotLight::edge, limits::spot_edge, "",
+    "fraction of the half angle over which the intensity falls to 0");
+  v("intensity", &SpotLight::intensity, color(limits::light), "W/sr",
+    "power per solid angle along the axis");
+  or_power<&SpotLight::intensity, solid_angle, SpotLight>(v, "intensity",
+                                                          "total power of the cone");
   light_group<SpotLight>(v);
 }
 
 template <class V>
 constexpr void describe(V& v, Type<RectangleLight>) {
   constexpr double (*extent)(const RectangleLight&) = etendue;
-  v(required("center"), &RectangleLight::center, limits::coordinate, "length", "its middle");
-  v(required("edge_u"), &RectangleLight::edge_u, limits::coordinate, "length",
-    "one edge, from end to end");
+  v(required("center"), &RectangleLight::center, limits::coordinate, "length", "centre");
+  v(required("edge_u"), &RectangleLight::edge_u, limits::coordinate, "length", "first edge vector");
   v(required("edge_v"), &RectangleLight::edge_v, limits::coordinate, "length",
-    "the other; cross(edge_u, edge_v) points to the bright side");
+    "second edge vector; light leaves the side that cross(edge_u, edge_v) points to");
   v("radiance", &RectangleLight::radiance, color(limits::light), radiance_unit,
-    "into every direction of that side");
-  or_power<&RectangleLight::radiance, extent, RectangleLight>(v, "radiance", "of all of it");
+    "uniform over the side and its directions");
+  or_power<&RectangleLight::radiance, extent, RectangleLight>(v, "radiance", "total power");
   light_group<RectangleLight>(v);
 }
 
 template <class V>
 constexpr void describe(V& v, Type<SphereLight>) {
   constexpr double (*extent)(const SphereLight&) = etendue;
-  v(required("center"), &SphereLight::center, limits::coordinate, "length", "its middle");
+  v(required("center"), &SphereLight::center, limits::coordinate, "length", "centre");
   v(required("radius"), &SphereLight::radius, limits::size, "length", "radius");
   v("radiance", &SphereLight::radiance, color(limits::light), radiance_unit,
-    "from every point into every direction");
-  or_power<&SphereLight::radiance, extent, SphereLight>(v, "radiance", "of all of it");
+    "uniform over surface and directions");
+  or_power<&SphereLight::radiance, extent, SphereLight>(v, "radiance", "total power");
   light_group<SphereLight>(v);
 }
 
 template <class V>
 constexpr void describe(V& v, Type<Light>) {
-  v(Type<PointLight>{}, "point", "shines alike in all directions");
-  v(Type<DirectionalLight>{}, "directional", "parallel light, or a sun's");
-  v(Type<EnvironmentLight>{}, "environment", "radiance from everywhere; the camera sees it");
-  v(Type<SpotLight>{}, "spot", "a point light that shines into a cone");
+  v(Type<PointLight>{}, "point", "uniform in all directions");
+  v(Type<DirectionalLight>{}, "directional", "parallel light, or a sun with an angular diameter");
+  v(Type<EnvironmentLight>{}, "environment", "radiance from all directions, visible to the camera");
+  v(Type<SpotLight>{}, "spot", "a point light with a cone");
   v(Type<RectangleLight>{}, "rectangle",
-    "a parallelogram that shines on one side; it is seen, and blocks nothing");
-  v(Type<SphereLight>{}, "sphere", "shines outwards; it is seen, and blocks nothing");
+    "a parallelogram that emits on one side, visible to the camera, without occlusion");
+  v(Type<SphereLight>{}, "sphere", "emits outwards, visible to the camera, without occlusion");
 }
 
 }  // namespace tyndall::scene

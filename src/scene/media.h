@@ -13,37 +13,38 @@ constexpr void describe(V&, Type<NoEmission>) {}
 
 template <class V>
 constexpr void describe(V& v, Type<ColorEmission>) {
-  v("radiance", &ColorEmission::radiance, color(limits::light), radiance_unit, "of an opaque body");
+  v("radiance", &ColorEmission::radiance, color(limits::light), radiance_unit,
+    "emitted radiance of an optically thick body");
   v("field", &ColorEmission::field, Things{"emission"}, "",
-    "in the space of the component's own; a grid from a file is placed as that is");
+    "factor of the radiance; in field space, or placed as the component's file is");
 }
 
 template <class V>
 constexpr void describe(V& v, Type<BlackbodyEmission>) {
   v(required("temperature"), &BlackbodyEmission::temperature, Things{"temperature"}, "K",
-    "a field of temperatures; its remap makes kelvins of other numbers");
+    "field of temperatures; its remap converts other units to kelvins");
   v("intensity", &BlackbodyEmission::intensity, limits::light, "",
-    "times the radiance of a black body");
+    "factor of the radiance of a black body");
 }
 
 template <class V>
 constexpr void describe(V& v, Type<Emission>) {
-  v(Type<NoEmission>{}, "none", "dark");
-  v(Type<ColorEmission>{}, "color",
-    "the same colour throughout, times a field or a grid of colours");
+  v(Type<NoEmission>{}, "none", "no emission");
+  v(Type<ColorEmission>{}, "color", "one colour, times a field or a grid of colours");
   v(Type<BlackbodyEmission>{}, "blackbody",
-    "glows as hot things do, in W/(m^2 sr) as bright as the eye sees it");
+    "black-body radiation by temperature, in W/(m^2 sr), seen by the CIE 1931 observer");
 }
 
 template <class V>
 constexpr void describe(V& v, Type<Component>) {
-  v(required("field"), &Component::field, Things{"density"}, "",
-    "where its matter is: the density");
-  v(required("extinction"), &Component::extinction, limits::extinction, "1/length", "at density 1");
-  v("albedo", &Component::albedo, color(limits::albedo), "", "scattered share of the extinction");
-  v("phase", &Component::phase, Things{}, "", "where the scattered light goes");
+  v(required("field"), &Component::field, Things{"density"}, "", "density");
+  v(required("extinction"), &Component::extinction, limits::extinction, "1/length",
+    "extinction coefficient at density 1");
+  v("albedo", &Component::albedo, color(limits::albedo), "",
+    "single-scattering albedo: fraction of the extinction that scatters");
+  v("phase", &Component::phase, Things{}, "", "phase function");
   v("emission", &Component::emission, Things{}, "",
-    "what it shines by itself: as it absorbs, extinction (1 - albedo) times a radiance");
+    "emission: extinction (1 - albedo) times a radiance");
   v("transform", &Component::transform, Things{}, "", "from field space to world space");
 }
 
@@ -53,28 +54,27 @@ constexpr auto& words(Type<Side>) { return side_words; }
 template <class V>
 constexpr void describe(V& v, Type<Medium>) {
   v.group("box",
-          "outside of it there is nothing; where it is not given and all fields are volumes from "
-          "files, it holds them all",
+          "bounds of the medium; the default, if all fields are volumes from files, encloses them "
+          "all",
           [](auto& box) {
             box("min", &Medium::box_min, limits::coordinate, "length", "lower corner");
             box("max", &Medium::box_max, limits::coordinate, "length", "upper corner");
           });
   v("sides", &Medium::sides, Word{}, "",
-    "of the box: light leaves through open ones and comes back on the other side of periodic ones");
+    "sides of the box: light leaves through open ones and re-enters opposite periodic ones");
   v.group("ground",
-          "faces of the box that are opaque, and reflect what meets them from inside evenly in all "
-          "directions; null: none",
+          "faces of the box that are opaque and reflect light from inside diffusely; null: none",
           [](auto& ground) {
-            ground.faces(&Medium::ground, color(limits::albedo),
-                         "share of the light that this face reflects");
+            ground.faces(&Medium::ground, color(limits::albedo), "albedo of this face");
           });
   v.group("majorants",
-          "grid of bounds of the extinction; changes the time a render takes, not what it shows",
+          "super-voxel grid of bounds of the extinction; changes the time, not the picture",
           [](auto& majorants) {
             majorants("resolution", &Medium::majorant_resolution, cells(limits::majorants), "",
-                      "super-voxels; 0: as many as pay");
+                      "super-voxels; 0: chosen for speed");
           });
-  v(required("components"), &Medium::components, Things{}, "", "they add up");
+  v(required("components"), &Medium::components, Things{}, "",
+    "components of the medium; their extinctions add up");
 }
 
 }  // namespace tyndall::scene

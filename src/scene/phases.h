@@ -21,8 +21,9 @@ constexpr void describe(V&, Type<RayleighPhase>) {}
 template <class V>
 constexpr void describe(V& v, Type<TwoLobesPhase>) {
   v(required("g1"), &TwoLobesPhase::g1, limits::g, "", "mean cosine of the first lobe");
-  v(required("g2"), &TwoLobesPhase::g2, limits::g, "", "and of the second one");
-  v(required("weight"), &TwoLobesPhase::weight, limits::lobe_weight, "", "share of the first lobe");
+  v(required("g2"), &TwoLobesPhase::g2, limits::g, "", "mean cosine of the second lobe");
+  v(required("weight"), &TwoLobesPhase::weight, limits::lobe_weight, "",
+    "fraction of the first lobe");
 }
 
 template <class V>
@@ -35,10 +36,10 @@ constexpr void describe(V& v, Type<TabulatedPhase>) {
 
 template <class V>
 constexpr void describe(V& v, Type<Phase>) {
-  v(Type<IsotropicPhase>{}, "isotropic", "all directions alike");
-  v(Type<HenyeyGreensteinPhase>{}, "henyey_greenstein", "a lobe forwards or backwards");
-  v(Type<RayleighPhase>{}, "rayleigh", "as clear air");
-  v(Type<TwoLobesPhase>{}, "two_lobes", "two of henyey_greenstein together");
+  v(Type<IsotropicPhase>{}, "isotropic", "uniform in all directions");
+  v(Type<HenyeyGreensteinPhase>{}, "henyey_greenstein", "one forward or backward lobe");
+  v(Type<RayleighPhase>{}, "rayleigh", "scattering by molecules, as in clear air");
+  v(Type<TwoLobesPhase>{}, "two_lobes", "a mixture of two henyey_greenstein lobes");
   v(Type<TabulatedPhase>{}, "tabulated",
     "linear in the cosine of the angle between the rows of a table");
 }
