@@ -247,6 +247,13 @@ def write(path, voxel, origin, grids, background):
     print(path.name, path.stat().st_size, "bytes")
 
 
+def sponge_of(solver, edge):
+    """Factors of the flow in a step, per height: they damp it towards the wind near the ground and the top."""
+    factors = np.ones(solver.shape[1], np.float32)
+    factors[:edge] = factors[-edge:] = 0.8
+    return factors[:, None, None]
+
+
 def blob(places, centre, radii):
     """1 inside the ellipsoid, 0 outside, with a soft edge."""
     r = np.sqrt((((places - np.asarray(centre, np.float32)) / np.asarray(radii, np.float32)) ** 2).sum(-1))
@@ -281,9 +288,7 @@ def smoke(cells, folder):
             total = np.maximum(total, blob(places, centre, (r, r, r)))
         return total
 
-    sponge = np.ones(solver.shape[1], np.float32)
-    edge = cells // 12
-    sponge[:edge] = sponge[-edge:] = 0.8
+    sponge = sponge_of(solver, cells // 12)
     for step in range(steps):
         solver.advect()
         s = solver.state
@@ -293,7 +298,7 @@ def smoke(cells, folder):
         s[..., 3] *= np.float32(np.exp(-dt / 5))
         s[..., :3] += fresh[..., None] * rng.normal(0, 1.5, s[..., :3].shape).astype(np.float32)
         vorticity = solver.push(np.float32(6) * s[..., 3] - np.float32(0.4) * s[..., 4])
-        s[..., :3] = solver.wind + (s[..., :3] - solver.wind) * sponge[:, None, None]
+        s[..., :3] = solver.wind + (s[..., :3] - solver.wind) * sponge
         solver.project()
         history.record(solver, vorticity, s[..., 4] > 0.004)
 
@@ -339,9 +344,7 @@ def fire(cells, folder):
             total = np.maximum(total, blob(places, centre, (r, 0.6 * r, r)))
         return total
 
-    sponge = np.ones(solver.shape[1], np.float32)
-    edge = cells // 12
-    sponge[:edge] = sponge[-edge:] = 0.8
+    sponge = sponge_of(solver, cells // 12)
     for step in range(steps):
         solver.advect()
         s = solver.state
@@ -352,7 +355,7 @@ def fire(cells, folder):
         s[..., 4] *= np.float32(np.exp(-dt / 0.5))
         s[..., :3] += fresh[..., None] * rng.normal(0, 0.15, s[..., :3].shape).astype(np.float32)
         vorticity = solver.push(np.float32(30) * s[..., 3])
-        s[..., :3] = solver.wind + (s[..., :3] - solver.wind) * sponge[:, None, None]
+        s[..., :3] = solver.wind + (s[..., :3] - solver.wind) * sponge
         solver.project(fresh * np.float32(4))
         history.record(solver, vorticity, s[..., 4] > 0.004)
 
