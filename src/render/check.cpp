@@ -956,11 +956,11 @@ class Checker {
   void coarse_cells() {
     if (scene_.integrator == scene::Integrator::path || !problems_.errors.empty()) return;
     const double width = cell_width(scene_);
+    const int bounces = gather_bounces(scene_);
     for (std::size_t i = 0; i < scene_.medium.components.size(); ++i) {
       const scene::Component& c = scene_.medium.components[i];
       if (!(largest(c.albedo) > 0)) continue;
       const double paths = width * c.extinction * typical_density(c.field);
-      const int bounces = gather_bounces(scene_);
       const double error = expected_error(paths * (1 - mean_cosine(c.phase)), bounces);
       constexpr double many = 4;  // of which the dark side of a slab is half as bright again
       const bool is_dark_side_wrong = paths > many * (1 + scene_.bounces.value_or(1));

@@ -287,7 +287,7 @@ class LightList {
     }
     constexpr double dim = 0.01;
     if (shot > 0 && arriving < dim * shot) out_.dim_lights.push_back(name);
-    shares_.emplace_back(name, shot);
+    shot_powers_.emplace_back(name, shot);
     if (arriving > 0) return;
     std::visit(
         [&](const auto& l) {
@@ -303,9 +303,9 @@ class LightList {
     std::vector<double> powers;
     for (const Weighed<Emitter>& e : emitters_) powers.push_back(largest(e.power));
     out_.shot_power = std::accumulate(powers.begin(), powers.end(), 0.0);
-    // Where hardly any photon arrives, those of lights with a large fraction of them do not.
+    // Where hardly any photon arrives, those of the strongest lights do not.
     if (out_.dim_lights.empty()) {
-      for (const auto& [name, power] : shares_)
+      for (const auto& [name, power] : shot_powers_)
         if (power > 0 && power >= out_.shot_power / 8) out_.dim_lights.push_back(name);
     }
     out_.emitters = share_out(emitters_, powers);
@@ -759,9 +759,9 @@ class LightList {
   const Stop& stop_;
   PreparedScene& out_;
   int group_ = -1;
-  int clump_ = -1;                                      ///< that light from far away is aimed at
-  SkyImage sky_;                                        ///< of the image that was tabulated last
-  std::vector<std::pair<std::string, double>> shares_;  ///< names of lights, power that is shot
+  int clump_ = -1;  ///< that light from far away is aimed at
+  SkyImage sky_;    ///< of the image that was tabulated last
+  std::vector<std::pair<std::string, double>> shot_powers_;  ///< of the scene's lights, by name
   std::vector<Weighed<Emitter>> emitters_;
   std::vector<Weighed<DirectLight>> direct_;
 };
@@ -804,24 +804,24 @@ std::string why_dark(const Component<AnyField>& component, const scene::Componen
           "its field is hot only where the medium is not: its largest temperature is {:.4g} K, "
           "{:.4g} K in the medium; move one of them",
           anywhere, hottest);
-    if (hottest = anywhere; hottest < visible) {
+    if (anywhere < visible) {
       const scene::Remap* remap = remap_of(body->temperature);
-      const std::string remedy = !remap || !(hottest > 0) ? "give a hotter field"
+      const std::string remedy = !remap || !(anywhere > 0) ? "give a hotter field"
                                  : remap->offset != 0 || !(remap->scale > 0)
                                      ? "give a remap that makes kelvins of its numbers"
-                                 : hottest <= 1.5
+                                 : anywhere <= 1.5
                                      ? fmt::format(
                                          "the convention 0 to 1 wants a remap that makes kelvins "
                                          "of it, such as \"remap\": {{\"scale\": {:.4g}}}",
-                                         fire / hottest * remap->scale)
+                                         fire / anywhere * remap->scale)
                                      : fmt::format(
                                          "if its numbers are not kelvins, make kelvins of them, "
                                          "such as by \"remap\": {{\"scale\": {:.4g}}}",
-                                         fire / hottest * remap->scale);
+                                         fire / anywhere * remap->scale);
       return fmt::format(
           "its largest temperature is {:.4g} K, and black bodies below {} K do not "
           "shine visibly; {}",
-          hottest, visible, remedy);
+          anywhere, visible, remedy);
     }
   }
   if (power > 0) return "";
