@@ -2,8 +2,8 @@
 """Tyndall and Mitsuba 3 on one cloud: error against a reference, and processor seconds.
 
 Makes a scene of a cube of densities (sigma_t = SCALE x density, isotropic, before a point light of
-10 W/sr), renders it with each of the settings and seeds, in turn, so that what else the machine does
-meets all of them alike, and prints a table. CPU is user seconds of the whole process and its
+10 W/sr), renders it with each of the settings and seeds, interleaved, so that other load on the machine
+affects all of them alike, and prints a table. CPU is user seconds of the whole process and its
 children, set-up included. Error is the root mean square of picture minus reference over the
 mean of the reference, the reference's own noise removed; error^2 x CPU is a renderer's cost for a
 given error, whatever the number of its samples, as long as the error is noise.
@@ -11,7 +11,7 @@ given error, whatever the number of its samples, as long as the error is noise.
   bench/compare.py --grid cloud.npy --reference reference.npz --work /tmp/compare \\
       --tyndall='-D integrator=path --samples 16' --tyndall='--photons 1e6 --samples 16' --mitsuba 4
 
-It needs numpy, and Mitsuba (pip install mitsuba numpy) where that is asked for: docs/comparison.md."""
+It needs numpy, and with --mitsuba the package mitsuba (pip install mitsuba numpy): docs/comparison.md."""
 import argparse
 import json
 import os

@@ -1,5 +1,5 @@
 /// \file
-/// What `tyndall render` is asked for.
+/// The options of `tyndall render`.
 #pragma once
 
 #include <cstdint>

@@ -62,7 +62,7 @@ struct Frame {
   Detectors detectors;                  ///< without memory
   double longest_path = 0;              ///< [length] of its histogram
   std::vector<std::string> warnings;    ///< about the scene
-  std::vector<std::string> dim_lights;  ///< to be named where hardly any photon meets the medium
+  std::vector<std::string> dim_lights;  ///< names for the warning about unlit replicates
                                         ///< them
 
   std::uint64_t pixels() const {

@@ -24,7 +24,7 @@ struct ColorEmission {
   glm::dvec3 radiance{1.0};
   Field field = Solid{};
 };
-/// That of a black body at the field's temperature [K], in W/(m^2 sr), as bright as the eye sees it
+/// The radiance of a black body at the field's temperature [K], in W/(m^2 sr), by its luminance
 /// (luminance / (683 lm/W)), times the intensity.
 struct BlackbodyEmission {
   Field temperature = Solid{};
@@ -49,7 +49,7 @@ struct Medium {
   glm::dvec3 box_min{0.0}, box_max{1.0};  ///< [length] nothing exists outside
   std::array<Side, 3> sides{Side::open, Side::open, Side::open};
   /// Albedos of the faces -x +x -y +y -z +z that are grounds: opaque, seen from inside they reflect
-  /// evenly in all directions. What they do not reflect, they take.
+  /// diffusely, and they absorb the rest.
   std::array<std::optional<glm::dvec3>, 6> ground{};
   /// Super-voxels along x, y, z, to 256 each; 0: as many as pay, a choice that the scene alone
   /// makes (docs/resolution.md).
