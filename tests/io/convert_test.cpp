@@ -806,7 +806,7 @@ std::map<std::string, Scene> scenes_for_both() {
   scene.camera.position = {0.2, 1.1, -1.4};
   scene.camera.resolution = {8, 6};
   scene.integrator = scene::Integrator::path;
-  scene.samples = 2048;
+  scene.samples = 16384;
   std::map<std::string, Scene> out{{"three_lights", scene}};
 
   // One seen from its dark side, one within the matter, one before it: all let light through.
@@ -865,10 +865,11 @@ TEST_P(ConvertForBoth, MitsubaRendersTheSamePicture) {
   double mean[2] = {0, 0};
   for (std::size_t i = 0; i < theirs.size(); ++i) {
     const double expected = ours.picture.rgba[i / 3 * 4 + i % 3];
-    EXPECT_NEAR(theirs[i], expected, 0.15 * expected + 0.01) << "pixel " << i / 3;
+    EXPECT_NEAR(theirs[i], expected, 0.1 * expected + 0.01) << "pixel " << i / 3;
     mean[0] += expected, mean[1] += theirs[i];
   }
-  EXPECT_NEAR(mean[1] / mean[0], 1, 0.01);
+  // The standard deviation, over seeds, of the mean's ratio is 0.1 to 0.25 %.
+  EXPECT_NEAR(mean[1] / mean[0], 1, 0.007);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ConvertForBoth, testing::ValuesIn([] {
