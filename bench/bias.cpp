@@ -124,8 +124,8 @@ std::array<int, 3> grid_of(const Scene& scene, int resolution) {
   return {along(extent.x), along(extent.y), along(extent.z)};
 }
 
-/// A slab of albedo 1 in the sun, seen along its direction.
-Scene slab(double depth, double g) {
+/// A slab of albedo 1 in the sun, seen along its direction. \param cells across it, 0: the default
+Scene slab(double depth, double g, int cells) {
   Scene scene;
   scene.medium.sides = {scene::Side::periodic, scene::Side::periodic, scene::Side::open};
   scene::Component c;
@@ -137,8 +137,7 @@ Scene slab(double depth, double g) {
   scene.camera.position = {0.5, 0.5, -3};
   scene.camera.look_at = {0.5, 0.5, 0};
   scene.camera.width = 0.9;
-  // Nothing varies across: what the cells do to the light is the same, with less noise.
-  scene.illumination_resolution = {1, 1, stored_illumination_resolution(scene)[2]};
+  scene.illumination_resolution = {0, 0, cells};
   return scene;
 }
 
@@ -179,7 +178,7 @@ void print_slabs(const Options& options, Backend& backend) {
                                                {}, g > 0.9 ? 160 : 64)
                                .reflected(-1);
       std::printf("| %g, %g |", depth, g);
-      Scene scene = slab(depth, g);
+      Scene scene = slab(depth, g, options.grids.front());
       scene.camera.resolution = {options.width, options.width};
       scene.photons = options.photons;
       scene.samples = options.samples;
@@ -209,7 +208,7 @@ int run(int argc, char** argv) {
   app.add_option("--g", options.gs, "mean cosines of the slabs' phase functions")
       ->delimiter(',')
       ->check(CLI::Range(-0.98, 0.98));
-  app.add_option("--grids", options.grids, "cells along the longest edge, 0: the scene's own")
+  app.add_option("--grids", options.grids, "cells along the longest edge, 0: the scene's own; the first counts for slabs")
       ->delimiter(',');
   app.add_option("--bounces", options.bounces, "before the grid is read")->delimiter(',');
   app.add_option("--seeds", options.seeds, "each a picture of both")->check(CLI::Range(3, 1000));

@@ -107,6 +107,20 @@ double typical_density(const Field& field) {
   return 1;
 }
 
+/// \return whether `field` has one density and sharp edges.
+bool is_solid(const Field& field) {
+  const auto* grid = std::get_if<scene::SparseGrid>(&field);
+  return std::holds_alternative<scene::Solid>(field)
+         || (grid && grid->volume && grid->volume->is_level_set());
+}
+
+/// The relative error of the light near the edge of a solid whose other side is lit. The grid is
+/// constant in the outer half of a cell, where the light falls linearly to the edge.
+/// Measured on slabs of optical depth 100 seen from behind, cells 0.78 to 1.56 mean free paths
+/// wide, 2 to 10 bounces; and at albedo 0.99, cells 1 and 2 mean free paths wide, 0 and 1 bounces.
+/// \param width of cells [transport mean free path]
+double dark_side_error(double width, int bounces) { return 0.067 * width * width / (bounces + 1); }
+
 /// Whether neither medium nor light changes along an axis: then cells may be of any width.
 bool is_uniform(const Scene& scene, int axis) {
   const Medium& m = scene.medium;
@@ -940,7 +954,7 @@ class Checker {
   /// \return how much too bright a thick slab is at the sun's zenith, relatively, at least. \param
   /// width of cells [transport mean free path]
   static double expected_error(double width, int bounces) {
-    // Measured, in percent: tyndall-bias --slabs --depths 25,50,100,200,400 --g 0 --bounces 0,1,2,3
+    // Measured, in percent: tyndall-bias --slabs --depths 25,50,100,112,200 --g 0 --bounces 0,1,2,3
     constexpr std::array widths{0.0, 0.39, 0.78, 1.56, 1.75, 3.12};
     constexpr double errors[4][widths.size()] = {{0, 0.6, 2.1, 6.2, 7.3, 13.8},
                                                  {0, 0.0, 0.5, 2.2, 2.7, 6.9},
@@ -950,7 +964,7 @@ class Checker {
     std::size_t i = 1;
     while (i + 1 < widths.size() && width > widths[i]) ++i;
     const double t = (width - widths[i - 1]) / (widths[i] - widths[i - 1]);
-    return 0.01 * std::lerp(row[i - 1], row[i], std::min(t, 1.0));
+    return 0.01 * std::lerp(row[i - 1], row[i], t);
   }
 
   void coarse_cells() {
@@ -961,16 +975,18 @@ class Checker {
       const scene::Component& c = scene_.medium.components[i];
       if (!(largest(c.albedo) > 0)) continue;
       const double paths = width * c.extinction * typical_density(c.field);
-      const double error = expected_error(paths * (1 - mean_cosine(c.phase)), bounces);
-      constexpr double many = 4;  // of which the dark side of a slab is half as bright again
-      const bool is_dark_side_wrong = paths > many * (1 + scene_.bounces.value_or(1));
-      if (error < 0.03 && !is_dark_side_wrong) continue;
+      const double transport_paths = paths * (1 - mean_cosine(c.phase));
+      const double error = expected_error(transport_paths, bounces);
+      const double dark_error = is_solid(c.field) ? dark_side_error(transport_paths, bounces) : 0;
+      if (std::max(error, dark_error) < 0.03) continue;
       warning("photons.illumination.resolution",
               fmt::format("cells are {:.3g} mean free paths of medium.components[{}] wide: with {} "
                           "bounces its bright sides are expected to be {:.2g} % too bright{}; "
                           "raise it, or gather.bounces",
                           paths, i, bounces, 100 * error,
-                          is_dark_side_wrong ? " or more, dark sides up to half" : ""));
+                          dark_error > error
+                              ? fmt::format(", its dark sides {:.2g} %", 100 * dark_error)
+                              : ""));
       return;
     }
   }
@@ -1089,27 +1105,41 @@ int stored_illumination_order(const Scene& scene) {
 int gather_bounces(const Scene& scene) {
   if (scene.bounces) return *scene.bounces;
   const double width = cell_width(scene);
-  double widest = 0;  // [transport mean free path]
+  int bounces = 1;
   for (const scene::Component& c : scene.medium.components) {
     if (!(largest(c.albedo) > 0)) continue;
-    widest = std::max(widest,
-                      width * c.extinction * typical_density(c.field) * (1 - mean_cosine(c.phase)));
+    const double paths =  // [transport mean free path]
+        width * c.extinction * typical_density(c.field) * (1 - mean_cosine(c.phase));
+    bounces = std::max(bounces, paths <= 0.9 ? 1 : paths <= 1.25 ? 2 : 3);
+    constexpr int most = 16;
+    while (is_solid(c.field) && bounces < most && dark_side_error(paths, bounces) > 0.01) ++bounces;
   }
-  return widest <= 0.9 ? 1 : widest <= 1.25 ? 2 : 3;
+  return bounces;
 }
 
 std::array<int, 3> dense_illumination_resolution(const Scene& scene) {
   const glm::dvec3 extent = scene.medium.box_max - scene.medium.box_min;
-  const double longest = std::max({extent.x, extent.y, extent.z});
+  double longest = 0;
+  int varying = 0;  // axes
+  for (int axis = 0; axis < 3; ++axis) {
+    if (is_uniform(scene, axis)) continue;
+    longest = std::max(longest, extent[axis]);
+    ++varying;
+  }
   double densest = 0;  // of one component: where several overlap, little of it is as dense as all
   for (const scene::Component& c : scene.medium.components)
     if (largest(c.albedo) > 0)
       densest = std::max(densest, c.extinction * double{largest_density(c.field)});
-  const double along = std::clamp(std::ceil(longest * densest / cells_in_free_paths), 64.0, 128.0);
+  const double width = varying == 1 ? cells_in_free_paths_of_slabs : cells_in_free_paths,
+               most = varying == 1 ? 1024 : 128,
+               along = std::clamp(std::ceil(longest * densest / width), 64.0, most);
   std::array<int, 3> cells = scene.illumination_resolution;
   for (int axis = 0; axis < 3; ++axis) {
     int& n = cells[static_cast<std::size_t>(axis)];
-    if (n == 0) n = static_cast<int>(std::max(1.0, std::ceil(along * extent[axis] / longest)));
+    if (n > 0) continue;
+    n = is_uniform(scene, axis)
+            ? 1
+            : static_cast<int>(std::max(1.0, std::ceil(along * extent[axis] / longest)));
   }
   return cells;
 }
@@ -1130,7 +1160,8 @@ IlluminationPlan plan_illumination(const Scene& scene) {
     filled += filled_volume(c);
   }
   for (int axis = 0; axis < 3; ++axis)
-    widest = std::max(widest, extent[axis] / plan.cells[static_cast<std::size_t>(axis)]);
+    if (!is_uniform(scene, axis))
+      widest = std::max(widest, extent[axis] / plan.cells[static_cast<std::size_t>(axis)]);
   const double box = extent.x * extent.y * extent.z;
   if (!(thickest > 0) || !(filled > 0) || !(8 * filled < box)) return plan;
   const double finest = cube_root(filled) / 128, coarsest = 2 * finest;

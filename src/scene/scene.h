@@ -70,7 +70,7 @@ constexpr void describe(V& v, Type<Scene>) {
     pass.group("illumination", "grid in which photons deposit light", [](auto& grid) {
       grid("resolution", &Scene::illumination_resolution, cells(limits::illumination), "",
            "cells; 0: 1.75 mean free paths of the densest component wide, 64 to 128 along the "
-           "longest edge; in a nearly empty box only around the medium");
+           "longest edge; in a nearly empty box only around the medium; finer in slabs");
       grid("order", &Scene::illumination_order, limits::order, "",
            "order of the spherical harmonics; -1: 2 unless all scattering is isotropic");
     });
@@ -79,7 +79,9 @@ constexpr void describe(V& v, Type<Scene>) {
     pass("samples", &Scene::samples, limits::samples, "", "samples per pixel");
     pass("bounces", &Scene::bounces, limits::bounces, "",
          "scatterings of camera paths before they read the grid: more are slower and less biased. "
-         "null: 1, and up to 3 where cells are wider than 0.9 transport mean free paths");
+         "null: 1, and up to 3 where cells are wider than 0.9 transport mean free paths, up to 16 "
+         "in "
+         "solids where they are wider than 0.5");
     pass("single_scattering", &Scene::single_scattering, Word{}, "",
          "apart: single scattering by next-event estimation, sharp; grid: read from the grid, "
          "faster "

@@ -105,21 +105,44 @@ TEST(IlluminationCells, may_be_wide_where_nothing_varies) {
   EXPECT_TRUE(warns_of(scene, "photons.illumination.resolution")) << "it varies along z";
 }
 
+TEST(IlluminationCells, are_fine_across_slabs_and_one_along_them) {
+  Scene scene = slab(100, 1);
+  scene.illumination_resolution = {0, 0, 0};
+  EXPECT_EQ(stored_illumination_resolution(scene), (std::array{1, 1, 500}));
+  EXPECT_EQ(gather_bounces(scene), 1);
+  scene.medium.components[0].extinction = 2;
+  EXPECT_EQ(stored_illumination_resolution(scene), (std::array{1, 1, 64}));
+  scene.medium.components[0].extinction = 1e4;
+  EXPECT_EQ(stored_illumination_resolution(scene), (std::array{1, 1, 1024}));
+  scene.lights.push_back(scene::PointLight{{0.5, 0.5, -1}, glm::dvec3(1)});
+  EXPECT_EQ(stored_illumination_resolution(scene), (std::array{128, 128, 128}));
+}
+
 TEST(IlluminationCells, ask_for_bounces_where_they_are_wide) {
   Scene scene = slab(100, 1);
+  scene.medium.sides = {};
   scene.illumination_resolution = {0, 0, 0};
   const auto bounces_at = [&](double extinction, const scene::Phase& phase) {
     scene.medium.components[0].extinction = extinction;
     scene.medium.components[0].phase = phase;
     return gather_bounces(scene);
   };
-  EXPECT_EQ(bounces_at(10, {}), 1);
-  EXPECT_EQ(bounces_at(57, {}), 1) << "64 cells of 0.89";
-  EXPECT_EQ(bounces_at(59, {}), 2);
-  EXPECT_EQ(bounces_at(100, {}), 3) << "1.56 mean free paths";
-  EXPECT_EQ(bounces_at(100, scene::HenyeyGreensteinPhase{0.5}), 1) << "of transport 0.78";
-  EXPECT_EQ(bounces_at(100, scene::TwoLobesPhase{0.9, -0.1, 0.4}), 2) << "of transport 1.09";
-  EXPECT_EQ(bounces_at(100, scene::HenyeyGreensteinPhase{-0.5}), 3);
+  const auto expect_bounces = [&](int of_noise, int of_solid, double extinction,
+                                  const scene::Phase& phase) {
+    scene.medium.components[0].field = low_variation(6);
+    EXPECT_EQ(bounces_at(extinction, phase), of_noise);
+    scene.medium.components[0].field = scene::Solid{};
+    EXPECT_EQ(bounces_at(extinction, phase), of_solid);
+  };
+  expect_bounces(1, 1, 10, {});
+  expect_bounces(1, 1, 34, {});  // 64 cells of 0.53 mean free paths
+  expect_bounces(1, 2, 36, {});
+  expect_bounces(1, 5, 57, {});  // 0.89
+  expect_bounces(2, 5, 59, {});
+  expect_bounces(3, 16, 100, {});                                   // 1.56
+  expect_bounces(1, 4, 100, scene::HenyeyGreensteinPhase{0.5});     // of transport 0.78
+  expect_bounces(2, 8, 100, scene::TwoLobesPhase{0.9, -0.1, 0.4});  // of transport 1.09
+  expect_bounces(3, 16, 100, scene::HenyeyGreensteinPhase{-0.5});
   scene.bounces = 0;
   EXPECT_EQ(bounces_at(100, {}), 0);
   scene.bounces.reset();

@@ -46,16 +46,21 @@ bool detects(const Scene& scene);
 int needed_illumination_order(const Scene& scene);
 
 /// \return Scene::bounces, and where that is left out 1, or as many as keep a picture within 1 % of
-/// the truth where cells are wider than 0.9 or 1.25 transport mean free paths (docs/light.md). For
-/// a scene that check() has passed.
+/// the truth: 2 or 3 where cells are wider than 0.9 or 1.25 transport mean free paths, up to 16 in
+/// solids, whose dark sides need them (docs/light.md). For a scene that check() has passed.
 int gather_bounces(const Scene& scene);
 
 /// \return cells of an illumination grid over all the box: the scene's, and where these are 0 as
-/// many as make them cells_in_free_paths wide, but 64 to 128 along the longest edge.
+/// many as make them cells_in_free_paths wide, but 64 to 128 along the longest edge. An axis along
+/// which neither medium nor light varies has one cell; where two of them have, 64 to 1024 cells
+/// along the third are cells_in_free_paths_of_slabs wide.
 std::array<int, 3> dense_illumination_resolution(const Scene& scene);
 /// [mean free path] of the densest matter: the width of a cell whose light is 1 % off over a cloud,
 /// after one bounce (docs/light.md).
 inline constexpr double cells_in_free_paths = 1.75;
+/// [mean free path] A slab of optical depth 100 is within 1 % on its dark side, at a grazing angle,
+/// after one bounce.
+inline constexpr double cells_in_free_paths_of_slabs = 0.2;
 
 /// Cells of the illumination grid.
 struct IlluminationPlan {
