@@ -12,7 +12,7 @@
 #include "io/convert_parts.h"
 #include "io/json_text.h"
 #include "render/camera.h"
-#include "render/scene_values.h"
+#include "scene/values.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/prepare.h"
 #include "tyndall/render/volume.h"

@@ -16,7 +16,7 @@
 #include "io/convert_parts.h"
 #include "io/pfm.h"
 #include "render/camera.h"
-#include "render/scene_values.h"
+#include "scene/values.h"
 #include "tyndall/render/image.h"
 #include "tyndall/render/picture.h"
 

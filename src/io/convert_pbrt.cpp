@@ -14,7 +14,7 @@
 
 #include "io/convert_parts.h"
 #include "render/camera.h"
-#include "render/scene_values.h"
+#include "scene/values.h"
 #include "tyndall/render/volume.h"
 
 namespace tyndall::io {

@@ -10,7 +10,7 @@
 
 #include "io/volume_file.h"
 #include "tyndall/render/error.h"
-#include "tyndall/render/scene.h"
+#include "tyndall/scene/scene.h"
 
 namespace tyndall::io {
 

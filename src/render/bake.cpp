@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include "render/read_out.h"
-#include "render/scene_values.h"
+#include "scene/values.h"
 #include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/parallel.h"

@@ -14,10 +14,10 @@
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
 
-#include "render/cube_root.h"
-#include "render/phase.h"
-#include "render/scene_values.h"
+#include "scene/cube_root.h"
+#include "scene/prepare_phase.h"
 #include "scene/scene.h"
+#include "scene/values.h"
 #include "tyndall/base/math.h"
 #include "tyndall/medium/noise.h"
 #include "tyndall/render/image.h"

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "tyndall/render/scene.h"
+#include "tyndall/scene/scene.h"
 
 namespace tyndall::session {
 

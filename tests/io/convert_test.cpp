@@ -21,7 +21,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
-#include "render/scene_values.h"
+#include "scene/values.h"
 #include "support/scenes.h"
 #include "support/volumes.h"
 #include "tyndall/render/error.h"

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "tyndall/render/scene.h"
+#include "tyndall/scene/scene.h"
 
 namespace tyndall {
 

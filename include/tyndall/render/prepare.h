@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "tyndall/render/parallel.h"
-#include "tyndall/render/scene.h"
+#include "tyndall/scene/scene.h"
 #include "tyndall/transport/passes.h"
 
 namespace tyndall {

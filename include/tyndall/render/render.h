@@ -13,7 +13,7 @@
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/part.h"
 #include "tyndall/render/picture.h"
-#include "tyndall/render/scene.h"
+#include "tyndall/scene/scene.h"
 #include "tyndall/transport/ledger.h"
 
 namespace tyndall {
