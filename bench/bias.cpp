@@ -17,7 +17,6 @@
 #include "io/scene_json.h"
 #include "support/adding_doubling.h"
 #include "support/bias.h"
-#include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
 
@@ -138,7 +137,7 @@ Scene slab(double depth, double g) {
   scene.camera.look_at = {0.5, 0.5, 0};
   scene.camera.width = 0.9;
   // Nothing varies across: what the cells do to the light is the same, with less noise.
-  scene.illumination_resolution = {1, 1, stored_illumination_resolution(scene)[2]};
+  scene.illumination_resolution = {1, 1, ResolvedScene(scene).illumination.cells[2]};
   return scene;
 }
 
@@ -245,7 +244,7 @@ int run(int argc, char** argv) {
     scene.samples = options.samples;
     scene.photons = options.photons;
     scene.seed += static_cast<std::uint64_t>(options.seeds);
-    const std::array<int, 3> own = stored_illumination_resolution(scene);
+    const std::array<int, 3> own = ResolvedScene(scene).illumination.cells;
     for (const int grid : options.grids) {
       scene.illumination_resolution = grid > 0 ? grid_of(scene, grid) : own;
       for (const int bounces : options.bounces) {

@@ -208,7 +208,9 @@ Vol parse_vol(const std::string& bytes) {
 
 // ---- Scenes
 
-SceneFile file_of(const Scene& scene) { return {scene, {}, {"some/scene.json"}, {}}; }
+SceneFile file_of(const Scene& scene) {
+  return {test::resolved(scene), {}, {"some/scene.json"}, {}};
+}
 
 Scene lit(std::vector<scene::Component> components) {
   Scene scene = test::furnace(std::move(components));
@@ -294,7 +296,7 @@ class ConvertShipped : public testing::TestWithParam<std::string> {
     return {};
   }
 
-  SceneFile file_;
+  SceneFile file_ = file_of({});
 };
 
 TEST_P(ConvertShipped, AsPbrtReadsIt) {
