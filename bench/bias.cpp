@@ -17,7 +17,6 @@
 #include "io/scene_json.h"
 #include "support/adding_doubling.h"
 #include "support/bias.h"
-#include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
 
@@ -208,7 +207,8 @@ int run(int argc, char** argv) {
   app.add_option("--g", options.gs, "mean cosines of the slabs' phase functions")
       ->delimiter(',')
       ->check(CLI::Range(-0.98, 0.98));
-  app.add_option("--grids", options.grids, "cells along the longest edge, 0: the scene's own; the first counts for slabs")
+  app.add_option("--grids", options.grids,
+                 "cells along the longest edge, 0: the scene's own; the first counts for slabs")
       ->delimiter(',');
   app.add_option("--bounces", options.bounces, "before the grid is read")->delimiter(',');
   app.add_option("--seeds", options.seeds, "each a picture of both")->check(CLI::Range(3, 1000));
@@ -244,7 +244,7 @@ int run(int argc, char** argv) {
     scene.samples = options.samples;
     scene.photons = options.photons;
     scene.seed += static_cast<std::uint64_t>(options.seeds);
-    const std::array<int, 3> own = stored_illumination_resolution(scene);
+    const std::array<int, 3> own = ResolvedScene(scene).illumination.cells;
     for (const int grid : options.grids) {
       scene.illumination_resolution = grid > 0 ? grid_of(scene, grid) : own;
       for (const int bounces : options.bounces) {

@@ -73,7 +73,8 @@ Scene scene_of(const Case& which, int super_voxels) {
 }
 
 PreparedScene prepare_case(const Case& which, int super_voxels, int threads, double table_points) {
-  PreparedScene scene = prepare(scene_of(which, super_voxels), threads, {}, {}, table_points);
+  PreparedScene scene = prepare(ResolvedScene::unchecked(scene_of(which, super_voxels)), threads,
+                                {}, {}, table_points);
   Emitter light;
   light.kind = Emitter::Kind::disc;
   light.last_word = 0xffffffffu;

@@ -1,6 +1,6 @@
 // Free paths through a cloud of 4096^3 effective voxels, in a loop of one's own. The text is that of host and device.
 #include "tyndall/render/prepare.h"
-#include "tyndall/render/scene.h"
+#include "tyndall/scene/scene.h"
 
 using Cloud = tyndall::SingleMedium<tyndall::NoiseCloud>;
 

@@ -40,16 +40,17 @@ ExitCode run(const BakeArguments& arguments) {
     session::refuse_repeats(paths);
   }
   session::Session session(arguments);
-  const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
-  session.accept(file, paths);
-  const Scene scene =
+  io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
+  const ResolvedScene scene =
       scene_to_bake(file.scene, arguments.order > 0, arguments.per_light, arguments.multiple_only);
+  file.warnings = file.warnings_of(scene);
+  session.accept(file, paths);
   session.prepare(scene, most_replicates);
   session::catch_signals(5.0);
   for (const std::string& path : paths) io::OutputFile{path};  // can they be written?
 
   RenderOptions render_options = session.control().options();
-  render_options.photons = IndexRange{0, scene.photons};
+  render_options.photons = IndexRange{0, scene->photons};
   render_options.measures_matter = true;
   const std::unique_ptr<Renderer> renderer = session.begin(scene, render_options);
   for (const std::string& path : arguments.outputs)
@@ -66,7 +67,7 @@ ExitCode run(const BakeArguments& arguments) {
 
   RenderResult result = renderer->result();
   result.is_complete = is_done;  // a bake has no samples
-  session.finish(result, file);
+  session.finish(result, scene);
   const BakedLight light = bake(*renderer, scene);
   const io::Bake baked{arguments.scene, file, light, result.picture.provenance};
   session.report(*renderer, result, file, arguments.scene);
@@ -92,7 +93,7 @@ ExitCode run(const BakeArguments& arguments) {
   if (!failures.empty()) throw Error(ExitCode::output_failed, failures);
   if (is_done) return ExitCode::done;
   session::say(fmt::format("tyndall: stopped by a signal; what was written has {} of {} photons\n",
-                           shot, scene.photons));
+                           shot, scene->photons));
   return static_cast<ExitCode>(128 + signal);
 }
 

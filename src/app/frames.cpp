@@ -139,6 +139,11 @@ class Frames {
     return file;
   }
 
+  /// Prints a warning, unless an earlier frame had it.
+  void warn(const std::string& text) {
+    if (!text.empty() && warned_.insert(text).second) session::warn(text);
+  }
+
   /// Says that a frame cannot be read, and goes on. \throws the error where other frames would be
   /// no better.
   void fail(std::size_t i, const Error& error) {
@@ -207,28 +212,22 @@ class Frames {
   const std::vector<std::string>& overrides_;
   std::vector<int> numbers_;
   io::SequenceFiles sequence_;
-  std::set<std::string> is_fit_said_;
+  std::set<std::string> is_fit_said_, warned_;
   std::vector<Failed> failed_;
 };
 
 /// The scene of a frame, as it was read.
 struct Loaded {
   io::SceneFile file;
-  std::uint64_t key = 0;  ///< of all that makes the light: everything but the camera and its paths
+  std::uint64_t key = 0;  ///< see light_hash()
 };
-
-std::uint64_t key_of(Scene& scene) {
-  scene::Camera camera = std::exchange(scene.camera, {});
-  const std::optional<std::uint64_t> seed = std::exchange(scene.gather_seed, {});
-  const std::uint64_t key = scene_hash(scene);
-  scene.camera = std::move(camera);
-  scene.gather_seed = seed;
-  return key;
-}
 
 /// Lets the volumes of `to`, which are those of `from`, go.
 void share_volumes(const io::SceneFile& from, io::SceneFile& to) {
-  to.scene.medium = from.scene.medium;
+  if (from.volumes.empty()) return;
+  Scene scene = *to.scene;
+  scene.medium = from.scene->medium;
+  to.scene = ResolvedScene(std::move(scene));
   for (std::size_t v = 0; v < std::min(from.volumes.size(), to.volumes.size()); ++v)
     to.volumes[v].volume = from.volumes[v].volume;
 }
@@ -236,7 +235,9 @@ void share_volumes(const io::SceneFile& from, io::SceneFile& to) {
 class Sequence {
  public:
   explicit Sequence(const RenderArguments& arguments)
-      : arguments_(arguments), frames_(arguments, *arguments.frames), session_(arguments) {}
+      : arguments_(arguments), frames_(arguments, *arguments.frames), session_(arguments) {
+    session_.on_warning = [this](const std::string& text) { frames_.warn(text); };
+  }
 
   ExitCode run() {
     // What is wrong is said before hours of work: with the names of all, with the first and with
@@ -269,22 +270,24 @@ class Sequence {
   }
 
  private:
-  const std::shared_ptr<Loaded>& scene_of(std::size_t i) {
+  Loaded& scene_of(std::size_t i) {
     if (const auto known = scenes_.find(i); known != scenes_.end()) return known->second;
     io::SceneFile file = frames_.read(i);
     if (arguments_.turntable != 0) {
-      if (file.scene.camera.matrix)
+      Scene scene = *file.scene;
+      if (scene.camera.matrix)
         usage_error("--turntable: turns a camera about its look_at, and this one has a matrix");
-      turn(file.scene.camera, arguments_.turntable * frames_.share(i));
+      turn(scene.camera, arguments_.turntable * frames_.share(i));
+      file.scene = ResolvedScene(std::move(scene));
     }
-    const std::uint64_t key = key_of(file.scene);
-    return scenes_.emplace(i, std::make_shared<Loaded>(Loaded{std::move(file), key})).first->second;
+    const std::uint64_t key = light_hash(file.scene);
+    return scenes_.emplace(i, Loaded{std::move(file), key}).first->second;
   }
 
   /// \return the scene, or nothing where it cannot be read, which is said.
-  std::shared_ptr<const Loaded> scene_or_failure(std::size_t i) {
+  const Loaded* scene_or_failure(std::size_t i) {
     try {
-      return scene_of(i);
+      return &scene_of(i);
     } catch (const Error& error) {
       frames_.fail(i, error);
       return nullptr;
@@ -295,7 +298,7 @@ class Sequence {
   /// turn: the frames before it are none the worse for it.
   bool has_key(std::size_t i, std::uint64_t key) {
     try {
-      return i < frames_.size() && scene_of(i)->key == key;
+      return i < frames_.size() && scene_of(i).key == key;
     } catch (const Error&) {
       return false;
     }
@@ -330,7 +333,7 @@ class Sequence {
       if (!header.contains("tyndall.scene_hash")) continue;
       try {
         if (header["tyndall.scene_hash"]
-            != fmt::format("{:016x}", scene_hash(scene_of(i)->file.scene)))
+            != fmt::format("{:016x}", scene_hash(scene_of(i).file.scene)))
           usage_error(fmt::format(
               "{}: is there already, of another scene: remove it, or name others", path));
       } catch (const io::UnreadableFrame&) {
@@ -366,24 +369,24 @@ class Sequence {
       session::say(frames_.title(i) + ": is there already\n");
       return true;
     }
-    const std::shared_ptr<const Loaded> loaded = scene_or_failure(i);
+    const Loaded* const loaded = scene_or_failure(i);
     if (!loaded) return true;
     session::say(frames_.title(i) + "\n");
     const io::SceneFile& file = loaded->file;
     session_.accept(file, paths);
     if (!std::exchange(has_begun_, true)) require_detectors(file.scene, arguments_.detectors);
-    if (lit_ && (lit_->by->key != loaded->key || !session::memory_shortage(file.scene).empty()))
+    if (lit_ && (lit_->key != loaded->key || !session::memory_shortage(file.scene).empty()))
       lit_.reset();
     if (!lit_) session_.prepare(file.scene);
     outputs.open();
     const bool lights_next = has_key(i + 1, loaded->key);
-    if (lights_next) share_volumes(file, scene_of(i + 1)->file);
+    if (lights_next) share_volumes(file, scene_of(i + 1).file);
 
     RenderResult result;
-    if (!finish_by_light(loaded, frame, lights_next, result)) return false;
+    if (!finish_by_light(*loaded, frame, lights_next, result)) return false;
     if (lit_->frame == frame)
       lit_->seconds = result.seconds.bounds + result.seconds.photons + result.seconds.matter;
-    session_.finish(result, file);
+    session_.finish(result, file.scene);
     if (arguments_.denoises) io::denoise(result.picture);
     outputs.write(session_.report(*lit_->renderer, result, file, arguments_.scene));
     if (!lit_->is_kept) lit_.reset();
@@ -392,9 +395,8 @@ class Sequence {
   }
 
   /// With the light that there is, or its own. \return false where a signal ended it.
-  bool finish_by_light(const std::shared_ptr<const Loaded>& loaded, int frame, bool lights_next,
-                       RenderResult& result) {
-    const Scene& scene = loaded->file.scene;
+  bool finish_by_light(const Loaded& loaded, int frame, bool lights_next, RenderResult& result) {
+    const ResolvedScene& scene = loaded.file.scene;
     try {
       if (!looks(scene)) begin(loaded, frame, lights_next && may_keep_);
       return finishes(result);
@@ -411,7 +413,7 @@ class Sequence {
   }
 
   /// \return false where there is no light, or the device that had it is lost.
-  bool looks(const Scene& scene) {
+  bool looks(const ResolvedScene& scene) {
     if (!lit_) return false;
     try {
       lit_->renderer->look(scene);
@@ -424,14 +426,14 @@ class Sequence {
     return true;
   }
 
-  void begin(const std::shared_ptr<const Loaded>& loaded, int frame, bool may_keep) {
-    const Scene& scene = loaded->file.scene;
+  void begin(const Loaded& loaded, int frame, bool may_keep) {
+    const ResolvedScene& scene = loaded.file.scene;
     RenderOptions options = session_.control().options();
     options.batch = arguments_.batch;
     // Kept as floats, half as large as what is shot.
     options.keeps_light =
         may_keep && session::memory_shortage(scene, 1 + most_replicates / 2).empty();
-    lit_ = Lit{loaded, nullptr, frame, options.keeps_light};
+    lit_ = Lit{loaded.key, nullptr, frame, options.keeps_light};
     lit_->renderer = session_.begin(scene, options);
   }
 
@@ -444,7 +446,7 @@ class Sequence {
 
   /// A frame's bounds and light, for itself and those after it that share them.
   struct Lit {
-    std::shared_ptr<const Loaded> by;  ///< whose matter the renderer reads
+    std::uint64_t key;  ///< of the frame that it was shot for
     std::unique_ptr<Renderer> renderer;
     int frame;
     bool is_kept;  ///< for the next one
@@ -455,7 +457,7 @@ class Sequence {
   Frames frames_;
   session::Session session_;
   bool has_begun_ = false;
-  std::map<std::size_t, std::shared_ptr<Loaded>> scenes_;  // that are still to be rendered
+  std::map<std::size_t, Loaded> scenes_;  // that are still to be rendered
   std::optional<Lit> lit_;
   bool may_keep_ = true;  // there was room for it so far
 };
@@ -489,15 +491,11 @@ std::string of_frame(const std::string& text, int frame, double t) {
 ExitCode validate_frames(const SceneArguments& arguments, const FrameRange& range) {
   Frames frames(arguments, range);
   frames.look_up();
-  std::set<std::string> said;
-  const auto warn_once = [&](const std::string& text) {
-    if (!text.empty() && said.insert(text).second) session::warn(text);
-  };
   for (std::size_t i = 0; i < frames.size(); ++i) {
     try {
       const io::SceneFile file = frames.read(i);
-      for (const std::string& warning : file.warnings) warn_once(warning);
-      warn_once(session::memory_shortage(file.scene));
+      for (const std::string& warning : file.warnings) frames.warn(warning);
+      frames.warn(session::memory_shortage(file.scene));
     } catch (const Error& error) {
       frames.fail(i, error);
     }

@@ -11,8 +11,8 @@
 #include <CLI/CLI.hpp>
 
 #include "session/session.h"
-#include "tyndall/render/check.h"
 #include "tyndall/render/part.h"
+#include "tyndall/scene/limits.h"
 
 namespace tyndall::app {
 

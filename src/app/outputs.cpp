@@ -13,7 +13,6 @@
 #include "io/pfm.h"
 #include "session/console.h"
 #include "session/refuse.h"
-#include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #if TYNDALL_OPENEXR
 #include "io/exr.h"

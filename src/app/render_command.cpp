@@ -36,7 +36,6 @@
 #include "session/refuse.h"
 #include "session/session.h"
 #include "tyndall/render/backend.h"
-#include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/render.h"
 #if TYNDALL_ZSTD
@@ -86,10 +85,10 @@ int lights_kept(const Scene& scene, const RenderArguments& arguments) {
 
 /// \return of how many replicates the light may be held, so that a limit can end the render after
 /// any samples.
-int lights_at_once(const Scene& scene, const RenderArguments& arguments) {
+int lights_at_once(const ResolvedScene& scene, const RenderArguments& arguments) {
   const bool is_limited = arguments.noise > 0 || arguments.time_limit > 0;
   if (!is_limited || (arguments.photons && !arguments.samples)) return 1;
-  if (scene.integrator == scene::Integrator::path) return most_replicates;
+  if (scene->integrator == scene::Integrator::path) return most_replicates;
   int lights = most_replicates;
   while (lights > 1 && !session::memory_shortage(scene, lights).empty()) --lights;
   if (lights == 1) {
@@ -202,7 +201,7 @@ class Watch {
 };
 
 /// \return what of the scene is rendered, under `control`.
-RenderOptions options_of(const RenderArguments& arguments, const Scene& scene,
+RenderOptions options_of(const RenderArguments& arguments, const ResolvedScene& scene,
                          session::RunControl& control) {
   RenderOptions options = control.options();
   options.batch = arguments.batch;
@@ -359,7 +358,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   }
 
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
-  const Scene& scene = file.scene;
+  const ResolvedScene& scene = file.scene;
   std::vector<std::string> more_inputs;
   if (!arguments.illumination.empty()) more_inputs.push_back(arguments.illumination);
   session.accept(file, written, more_inputs);
@@ -376,7 +375,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   if (ranks != nullptr) session.distribute(*ranks);
   std::unique_ptr<Renderer> renderer;
   const auto write = [&](RenderResult& result) {
-    session.finish(result, file);
+    session.finish(result, scene);
     if (arguments.denoises) io::denoise(result.picture);
     const io::Run run = session.report(*renderer, result, file, arguments.scene);
     if (ranks) {

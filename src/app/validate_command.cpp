@@ -12,7 +12,6 @@
 #include "io/scene_json.h"
 #include "session/console.h"
 #include "session/memory.h"
-#include "tyndall/render/check.h"
 #include "tyndall/render/prepare.h"
 
 namespace tyndall::app {

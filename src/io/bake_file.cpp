@@ -21,7 +21,7 @@
 namespace tyndall::io {
 
 OneMedium matter_of_bake(const Bake& bake, int voxels, int threads, bool reads_volumes) {
-  const std::vector<std::string> any(bake.scene.scene.medium.components.size());
+  const std::vector<std::string> any(bake.scene.scene->medium.components.size());
   return one_medium(bake.scene.scene, any, {voxels, threads}, reads_volumes);
 }
 
@@ -88,11 +88,11 @@ bool shines(const scene::Component& c) {
 }
 
 /// What matter emits of its own, at the voxels of `density`.
-Texture emission_of(const Scene& scene, const Texture& density, int threads) {
+Texture emission_of(const ResolvedScene& scene, const Texture& density, int threads) {
   const PreparedScene prepared = prepare(scene, threads);
   Texture t{"emission", density.size, density.low, density.high, 3, {}};
   t.values.resize(3 * count(t.size));
-  const glm::dvec3 origin = scene.medium.box_min;
+  const glm::dvec3 origin = scene->medium.box_min;
   for_each_voxel(t.size, t.low - origin, t.high - origin, threads,
                  [&](std::size_t n, glm::dvec3 at) {
                    const glm::vec3 p(at);
@@ -116,7 +116,7 @@ std::vector<Texture> matter_textures(const Bake& bake, const OneMedium& medium,
   std::vector<Texture> textures{density_of(
       bake.light,
       is_stored ? matter_of_bake(bake, voxels_of(options), options.threads, false) : medium)};
-  if (has_emission) textures.push_back(emission_of(scene, textures[0], options.threads));
+  if (has_emission) textures.push_back(emission_of(bake.scene.scene, textures[0], options.threads));
   if (is_stored) textures.erase(textures.begin());
   return textures;
 }

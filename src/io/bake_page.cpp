@@ -206,7 +206,7 @@ std::string bake_page(const Bake& bake, const BakeOptions& options) {
     bytes += byte(std::lround(255 * std::sqrt(most > 0 ? std::min(double{x} / most, 1.0) : 0.0)));
 
   const Scene& scene = bake.scene.scene;
-  const PreparedScene prepared = prepare(scene, options.threads);
+  const PreparedScene prepared = prepare(bake.scene.scene, options.threads);
   Json data{{"title", std::filesystem::path(bake.scene_path).filename().string()},
             {"size", density.size},
             {"box_min", vector(density.low)},

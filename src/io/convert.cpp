@@ -12,7 +12,7 @@
 #include "io/convert_parts.h"
 #include "io/json_text.h"
 #include "render/camera.h"
-#include "render/scene_values.h"
+#include "scene/values.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/prepare.h"
 #include "tyndall/render/volume.h"
@@ -197,8 +197,9 @@ glm::dvec3 look_at(const Scene& scene) {
   return p.position + std::max(glm::length(middle - p.position), 1.0) * p.forward;
 }
 
-OneMedium one_medium(const Scene& scene, const std::vector<std::string>& phases,
+OneMedium one_medium(const ResolvedScene& resolved, const std::vector<std::string>& phases,
                      const SampledAt& sampling, bool reads_volumes) {
+  const Scene& scene = resolved;
   OneMedium out;
   out.low = scene.medium.box_min;
   out.high = scene.medium.box_max;
@@ -216,7 +217,7 @@ OneMedium one_medium(const Scene& scene, const std::vector<std::string>& phases,
     return out;
   }
 
-  const PreparedScene prepared = prepare(scene, sampling.threads);
+  const PreparedScene prepared = prepare(resolved, sampling.threads);
   shrink_to_matter(scene, prepared.tables, out);
   const bool alone = matter.size() == 1;
   if (const auto* volume = std::get_if<scene::SparseGrid>(&first.field);

@@ -16,7 +16,7 @@
 #include "io/convert_parts.h"
 #include "io/pfm.h"
 #include "render/camera.h"
-#include "render/scene_values.h"
+#include "scene/values.h"
 #include "tyndall/render/image.h"
 #include "tyndall/render/picture.h"
 
@@ -340,7 +340,7 @@ std::vector<ConvertedFile> convert_to_mitsuba(const SceneFile& file, const std::
   refuse(scene, refusals);
   refusals.throw_if_any();
 
-  const OneMedium medium = one_medium(scene, phases, sampling, false);
+  const OneMedium medium = one_medium(file.scene, phases, sampling, false);
   const bool is_within = starts_within(medium, scene.camera, refusals);
   std::vector<ConvertedFile> files{{path, ""}};
   std::string grid_name;

@@ -93,7 +93,7 @@ glm::dvec3 look_at(const Scene& scene);
 
 /// Of a scene that refuse_media() lets pass. \param reads_volumes whether the renderer reads grids
 /// of floats from NanoVDB files.
-OneMedium one_medium(const Scene& scene, const std::vector<std::string>& phases,
+OneMedium one_medium(const ResolvedScene& scene, const std::vector<std::string>& phases,
                      const SampledAt& sampling, bool reads_volumes);
 
 /// \return the name as a string literal of C, Python and pbrt.

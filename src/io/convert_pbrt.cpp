@@ -14,7 +14,7 @@
 
 #include "io/convert_parts.h"
 #include "render/camera.h"
-#include "render/scene_values.h"
+#include "scene/values.h"
 #include "tyndall/render/volume.h"
 
 namespace tyndall::io {
@@ -299,7 +299,7 @@ std::vector<ConvertedFile> convert_to_pbrt(const SceneFile& file, const std::str
   refuse(scene, refusals);
   refusals.throw_if_any();
 
-  const OneMedium medium = one_medium(scene, phases, sampling, true);
+  const OneMedium medium = one_medium(file.scene, phases, sampling, true);
   const bool is_within = starts_within(medium, scene.camera, refusals);
   std::vector<ConvertedFile> files{{path, ""}};
   std::string transform, grid_name;

@@ -227,8 +227,8 @@ Json scene_info(const std::string& path) {
   out["resolution"] = {scene.camera.resolution[0], scene.camera.resolution[1]};
   out["photons"] = scene.photons;
   out["samples"] = scene.samples;
-  out["memory [MB]"] = megabytes(static_cast<double>(memory_needed(scene)));
-  out["hash"] = fmt::format("{:016x}", scene_hash(scene));
+  out["memory [MB]"] = megabytes(static_cast<double>(file.scene.memory()));
+  out["hash"] = fmt::format("{:016x}", scene_hash(file.scene));
   out["files"] = file.inputs;
   if (!file.warnings.empty()) out["warnings"] = file.warnings;
   return out;

@@ -26,8 +26,8 @@
 #include "io/scene_json.h"
 #include "io/volume_file.h"
 #include "scene/scene.h"
-#include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
+#include "tyndall/scene/limits.h"
 
 namespace tyndall::io {
 

@@ -9,7 +9,7 @@
 
 #include <fmt/format.h>
 
-#include "tyndall/render/check.h"
+#include "scene/phases.h"
 #include "tyndall/render/error.h"
 
 namespace tyndall::io {
@@ -59,7 +59,8 @@ std::shared_ptr<const scene::PhaseTable> read_phase_file(const std::string& path
     if (lines.size() > limits::phase_rows.high) break;
   }
   if (file.bad()) fail("cannot be read");
-  if (const PhaseTableProblem problem = phase_table_problem(*table); !problem.message.empty())
+  if (const scene::PhaseTableProblem problem = phase_table_problem(*table);
+      !problem.message.empty())
     fail_at(lines.empty() ? line : lines[problem.row], problem.message);
   return table;
 }

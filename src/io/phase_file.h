@@ -5,7 +5,7 @@
 #include <memory>
 #include <string>
 
-#include "tyndall/render/scene.h"
+#include "tyndall/scene/scene.h"
 
 namespace tyndall::io {
 

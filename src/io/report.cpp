@@ -226,16 +226,6 @@ std::string volume_line(const LoadedVolume& v) {
 
 }  // namespace
 
-std::vector<std::string> unsaid_warnings(const RenderResult& result,
-                                         const std::vector<std::string>& said) {
-  std::vector<std::string> more;
-  for (const std::string& warning : result.warnings)
-    if (std::none_of(said.begin(), said.end(),
-                     [&](const std::string& line) { return line.ends_with(warning); }))
-      more.push_back(warning);
-  return more;
-}
-
 std::vector<std::pair<std::string, std::string>> provenance(const RenderResult& result) {
   std::vector<std::pair<std::string, std::string>> pairs;
   for (const Fact& fact : facts_of(result)) pairs.emplace_back("tyndall." + fact.key, fact.value);

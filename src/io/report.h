@@ -19,11 +19,6 @@ struct Run {
   std::vector<LoadedVolume> volumes;
 };
 
-/// \return the warnings of a result, but for those that were said of its scene, with their place in
-/// the file.
-std::vector<std::string> unsaid_warnings(const RenderResult& result,
-                                         const std::vector<std::string>& said);
-
 /// \return the facts of the run that are the same on every machine, as keys
 /// ("tyndall.ledger.count.shot") and values (text, or JSON) for Picture::provenance. Times are
 /// not among them, so that equal runs give equal files.

@@ -21,9 +21,9 @@
 #include "io/phase_file.h"
 #include "io/sha256.h"
 #include "io/volume_file.h"
-#include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/huge_pages.h"
+#include "tyndall/render/resolved_scene.h"
 #include "tyndall/render/volume.h"
 
 namespace tyndall::io {
@@ -568,17 +568,18 @@ Written parse_scene(const std::string& name, const std::string& text,
 SceneFile read_written(const std::string& name, const std::string& text, const std::string& folder,
                        const std::vector<std::string>& overrides, SequenceFiles* sequence) {
   Reader reader(folder, sequence);
-  const Written written = parse_scene(name, text, overrides, reader);
-  const Node& root = written.root;
+  const auto written = std::make_shared<const Written>(parse_scene(name, text, overrides, reader));
+  const Node& root = written->root;
   Scene scene;
   read_thing(reader, root, scene, Keys<Scene>{}, &version());
 
   const Node* medium = child(root, "medium");
   if (medium && !child(*medium, "box")) enclose_volumes(scene.medium);
 
-  const Problems problems = check(scene);
-  const auto finding = [&](const Problem& problem) {
-    const Node& node = nearest_node(root, problem.path);
+  Problems problems;
+  ResolvedScene resolved(std::move(scene), problems);
+  const auto finding = [written](const Problem& problem) {
+    const Node& node = nearest_node(written->root, problem.path);
     return Finding{node.source, node.offset, problem.path, problem.message};
   };
   // What could not be read has its default, of which check() knows nothing.
@@ -597,12 +598,18 @@ SceneFile read_written(const std::string& name, const std::string& text, const s
     std::string before = related_warnings(reader.warnings, errors);
     throw_all(std::move(errors), std::move(before));
   }
-  std::vector<std::string> warnings, inputs = std::move(reader.inputs);
-  for (const Finding& warning : reader.warnings) warnings.push_back(warning.text());
-  for (const Problem& warning : problems.warnings) warnings.push_back(finding(warning).text());
+  const auto warnings_of = [finding,
+                            of_reading = std::move(reader.warnings)](const ResolvedScene& of) {
+    std::vector<std::string> lines;
+    for (const Finding& warning : of_reading) lines.push_back(warning.text());
+    for (const Problem& warning : of.warnings) lines.push_back(finding(warning).text());
+    return lines;
+  };
   std::vector<LoadedVolume> volumes;
   for (auto& [known, volume] : reader.volumes) volumes.push_back(std::move(volume));
-  return {std::move(scene), std::move(warnings), std::move(inputs), std::move(volumes)};
+  std::vector<std::string> warnings = warnings_of(resolved);
+  return {std::move(resolved), std::move(warnings), std::move(reader.inputs), std::move(volumes),
+          warnings_of};
 }
 
 }  // namespace

@@ -10,15 +10,17 @@
 
 #include "io/volume_file.h"
 #include "tyndall/render/error.h"
-#include "tyndall/render/scene.h"
+#include "tyndall/render/resolved_scene.h"
 
 namespace tyndall::io {
 
 struct SceneFile {
-  Scene scene;
-  std::vector<std::string> warnings;  ///< one line each
+  ResolvedScene scene;
+  std::vector<std::string> warnings;  ///< of reading and of `scene`, one line each
   std::vector<std::string> inputs;    ///< files that were read: the scene itself, then its grids
   std::vector<LoadedVolume> volumes;  ///< of these files
+  /// \return what `warnings` would be for a scene that a command makes of this one.
+  std::function<std::vector<std::string>(const ResolvedScene&)> warnings_of{};
 };
 
 /// A file that a scene names.

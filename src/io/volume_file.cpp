@@ -18,7 +18,7 @@
 #include "io/helper/protocol.h"
 #include "io/json_text.h"
 #include "io/reader_process.h"
-#include "tyndall/render/check.h"
+#include "tyndall/scene/limits.h"
 
 namespace tyndall::io {
 namespace {

@@ -122,7 +122,7 @@ py::dict render_text(const std::string& name, const std::string& scene, const st
         run.session.begin(file.scene, run.session.control().options());
     run.session.run(*renderer, false);
     result = renderer->result();
-    run.session.finish(result, file);
+    run.session.finish(result, file.scene);
     warnings = std::move(run.warnings);
   }
   return made([&] {
@@ -152,18 +152,20 @@ py::dict bake_text(const std::string& name, const std::string& scene, const std:
   std::vector<std::string> warnings;
   {
     const py::gil_scoped_release no_lock;
-    const io::SceneFile file = io::read_scene_text(name, scene, folder, overrides);
+    io::SceneFile file = io::read_scene_text(name, scene, folder, overrides);
     Watched run(device, threads, std::move(progress));
+    const ResolvedScene baked =
+        scene_to_bake(file.scene, with_directions, per_light, multiple_only);
+    file.warnings = file.warnings_of(baked);
     run.session.accept(file, {});
-    const Scene baked = scene_to_bake(file.scene, with_directions, per_light, multiple_only);
     run.session.prepare(baked, most_replicates);
     RenderOptions options = run.session.control().options();
-    options.photons = IndexRange{0, baked.photons};
+    options.photons = IndexRange{0, baked->photons};
     options.measures_matter = true;
     const std::unique_ptr<Renderer> renderer = run.session.begin(baked, options);
     run.session.run(*renderer, false);
     result = renderer->result();
-    run.session.finish(result, file);
+    run.session.finish(result, baked);
     warnings = std::move(run.warnings);
     if (result.photons.count() == 0) {
       throw Error(ExitCode::scene_invalid,

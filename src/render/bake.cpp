@@ -6,13 +6,13 @@
 #include <set>
 #include <string>
 #include <type_traits>
+#include <utility>
 #include <variant>
 
 #include <fmt/format.h>
 
 #include "render/read_out.h"
-#include "render/scene_values.h"
-#include "tyndall/render/check.h"
+#include "scene/values.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/prepare.h"
@@ -184,12 +184,15 @@ Extinction extinction_at(const PreparedScene& scene, Vec3f p) {
   return sum;
 }
 
-Scene scene_to_bake(Scene scene, bool with_directions, bool per_light, bool multiple_only) {
+ResolvedScene scene_to_bake(const ResolvedScene& resolved, bool with_directions, bool per_light,
+                            bool multiple_only) {
+  Scene scene = resolved;
   scene.integrator = scene::Integrator::photons;
   scene.single_scattering =
       multiple_only ? scene::SingleScattering::apart : scene::SingleScattering::grid;
   scene.illumination_order = with_directions ? 1 : 0;
-  scene.illumination_resolution = dense_illumination_resolution(scene);  // of all the box
+  scene.illumination_resolution =
+      dense_illumination_resolution(scene, resolved.densities);  // of all the box
   scene.detectors = {};
   scene.samples = most_replicates;  // what tells the error
   scene.camera.resolution = {1, 1};
@@ -211,7 +214,7 @@ Scene scene_to_bake(Scene scene, bool with_directions, bool per_light, bool mult
           }
         },
         scene.lights[i]);
-  return scene;
+  return ResolvedScene(std::move(scene));
 }
 
 BakedLight bake(Renderer& renderer, const Scene& whole) {

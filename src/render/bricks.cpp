@@ -8,7 +8,7 @@
 #include <glm/vector_relational.hpp>
 
 #include "render/majorants.h"
-#include "tyndall/render/check.h"
+#include "tyndall/render/illumination_plan.h"
 
 namespace tyndall {
 namespace {

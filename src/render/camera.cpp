@@ -7,7 +7,7 @@
 
 #include <glm/geometric.hpp>
 
-#include "render/scene_values.h"
+#include "scene/values.h"
 
 namespace tyndall {
 

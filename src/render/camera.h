@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "tyndall/render/scene.h"
+#include "tyndall/scene/scene.h"
 #include "tyndall/transport/camera.h"
 
 namespace tyndall {

@@ -280,7 +280,7 @@ std::unique_ptr<Backend> make_distributed_backend(Backend& local, Communicator& 
   return std::make_unique<DistributedBackend>(local, ranks, traffic);
 }
 
-void serve(const Scene& scene, Backend& local, Communicator& ranks) {
+void serve(const ResolvedScene& scene, Backend& local, Communicator& ranks) {
   const DefaultFloatingPoint guard;
   const PreparedScene prepared = prepare(scene, local.threads(), {}, {}, local.table_points());
   Rank rank(local, ranks, nullptr);

@@ -9,7 +9,7 @@
 #include <glm/geometric.hpp>
 
 #include "render/emission.h"
-#include "render/scene_values.h"
+#include "scene/values.h"
 #include "tyndall/render/bounds.h"
 #include "tyndall/render/image.h"
 #include "tyndall/render/lights.h"

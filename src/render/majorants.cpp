@@ -6,8 +6,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "render/cube_root.h"
 #include "render/noise_table.h"
+#include "scene/cube_root.h"
 #include "tyndall/render/bounds.h"
 
 namespace tyndall {

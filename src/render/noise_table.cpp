@@ -6,8 +6,8 @@
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 
-#include "render/cube_root.h"
 #include "render/noise_samples.h"
+#include "scene/cube_root.h"
 
 namespace tyndall {
 

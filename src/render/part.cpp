@@ -1,5 +1,5 @@
 #include "tyndall/render/part.h"
-#include "render/scene_values.h"
+#include "scene/values.h"
 
 #include <algorithm>
 #include <cmath>

@@ -15,17 +15,17 @@
 
 #include "render/bricks.h"
 #include "render/camera.h"
-#include "render/cube_root.h"
 #include "render/emission.h"
 #include "render/lights.h"
 #include "render/majorants.h"
-#include "render/phase.h"
-#include "render/scene_values.h"
+#include "scene/cube_root.h"
+#include "scene/prepare_phase.h"
+#include "scene/values.h"
 #include "tyndall/render/bounds.h"
-#include "tyndall/render/check.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/render.h"
 #include "tyndall/render/volume.h"
+#include "tyndall/scene/limits.h"
 
 namespace tyndall {
 namespace {
@@ -360,16 +360,19 @@ int illumination_channels(const PreparedScene& scene, const Box& box) {
 
 }  // namespace
 
-PreparedScene prepare(const Scene& scene, int threads, const std::function<void(double)>& progress,
-                      const Stop& stop, double table_points) {
+PreparedScene prepare(const ResolvedScene& resolved, int threads,
+                      const std::function<void(double)>& progress, const Stop& stop,
+                      double table_points) {
+  const Scene& scene = resolved;
   PreparedScene out;
+  out.source = resolved.share();
   const Box box = view(scene.medium);
   std::vector<Component<AnyField>> components;
   std::vector<float> majorants;
-  const int order = stored_illumination_order(scene);
+  const int order = resolved.illumination_order;
   // The camera's before it reads the grid, that where it does, and the photons' first one, unless
   // the grid has all light.
-  out.bounces = gather_bounces(scene);
+  out.bounces = resolved.bounces;
   const int scatterings =
       out.bounces + (scene.single_scattering == scene::SingleScattering::apart ? 2 : 1);
   out.emissions.reserve(scene.medium.components.size());
@@ -391,13 +394,13 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.tables = build_majorants(out.components, box, scene.medium.majorant_resolution, threads,
                                progress, stop);
   for (std::size_t c = 0; c < out.components.size(); ++c) {
-    const Component<AnyField>& component = out.components[c];
-    if (component.extinction > 0 && largest_density(component.field) > 0
+    const int index = out.scene_component[c];
+    if (majorants[static_cast<std::size_t>(index)] > 0
         && !(matter_region(out.tables, c, to_dvec3(box.extent)).half.x > 0))
       out.warnings.push_back(fmt::format(
           "medium.components[{}]: no part of it is within medium.box: move it with its transform, "
           "or enlarge the box",
-          out.scene_component[c]));
+          index));
   }
   out.noise_tables = tabulate_noise(out.components, box, out.tables, table_points, threads, stop);
   out.bound_tables = tabulate_bounds(out.components, threads, stop);
@@ -457,7 +460,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.has_grid = scene.integrator == scene::Integrator::photons;
   out.is_apart = scene.single_scattering == scene::SingleScattering::apart;
   IlluminationPlan plan;
-  if (out.has_grid) plan = plan_illumination(scene);
+  if (out.has_grid) plan = resolved.illumination;
   if (plan.is_sparse) {
     store_bricks(box, plan.cells, threads, stop, out);
     if (receives_in_matter_alone(scene)) out.clumps = find_clumps(out, box, plan.cells);
@@ -465,7 +468,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   prepare_lights(scene, box, threads, stop, out);
   prepare_groups(out);
   out.background = to_vec3f(scene.background);
-  prepare_view(scene, out);
+  prepare_view(resolved, out);
   out.film_unit = film_unit(scene, out.components, box);
   out.seed = scene.seed;
 
@@ -499,7 +502,8 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   return out;
 }
 
-std::vector<std::string> lights_that_give_nothing(const Scene& scene, int threads) {
+std::vector<std::string> lights_that_give_nothing(const ResolvedScene& resolved, int threads) {
+  const Scene& scene = resolved;
   const bool has_placed =
       std::any_of(scene.lights.begin(), scene.lights.end(), [](const scene::Light& light) {
         return !std::holds_alternative<scene::DirectionalLight>(light)
@@ -512,10 +516,10 @@ std::vector<std::string> lights_that_give_nothing(const Scene& scene, int thread
       });
   constexpr double no_table = 1;  // points
   if (!has_placed && !shines) return {};
-  return prepare(scene, threads, {}, {}, no_table).warnings;
+  return prepare(resolved, threads, {}, {}, no_table).warnings;
 }
 
-void prepare_view(const Scene& scene, PreparedScene& prepared) {
+void prepare_view(const ResolvedScene& scene, PreparedScene& prepared) {
   PreparedScene& p = prepared;
   p.camera = prepare_camera(scene, p.filter_quantiles);
   p.film_width = p.camera.window.width;
@@ -523,8 +527,8 @@ void prepare_view(const Scene& scene, PreparedScene& prepared) {
   const DirectLights lights{p.direct_lights.data(), static_cast<int>(p.direct_lights.size())};
   const bool is_dark = !(largest(p.background) > 0.0f) && !lights.any_met();
   p.bright_pixels =
-      is_dark ? pixels_that_meet(p.camera, view(scene.medium)) : std::vector<std::uint32_t>();
-  p.gather_seed = scene.gather_seed.value_or(scene.seed);
+      is_dark ? pixels_that_meet(p.camera, view(scene->medium)) : std::vector<std::uint32_t>();
+  p.gather_seed = scene->gather_seed.value_or(scene->seed);
   p.hash = scene_hash(scene);
 }
 

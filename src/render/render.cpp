@@ -13,7 +13,6 @@
 #include "render/read_out.h"
 #include "tyndall/base/hash.h"
 #include "tyndall/render/backend.h"
-#include "tyndall/render/check.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/prepare.h"
@@ -93,18 +92,8 @@ class PassRunner {
   double seconds_ = 0;
 };
 
-void require_valid(const Scene& scene, std::vector<std::string>& warnings) {
-  const Problems problems = check(scene);
-  std::string text;
-  for (const Problem& p : problems.errors)
-    text += fmt::format("{}{}: {}", text.empty() ? "" : "\n", p.path, p.message);
-  if (!text.empty()) throw Error(ExitCode::scene_invalid, text);
-  for (const Problem& p : problems.warnings)
-    warnings.push_back(fmt::format("{}: {}", p.path, p.message));
-}
-
-Frame frame_of(const Scene& scene, const PreparedScene& prepared,
-               const std::vector<std::string>& warnings) {
+Frame frame_of(const ResolvedScene& resolved, const PreparedScene& prepared) {
+  const Scene& scene = resolved;
   Frame frame;
   frame.scene_hash = prepared.hash;
   frame.arithmetic = arithmetic_version;
@@ -130,7 +119,8 @@ Frame frame_of(const Scene& scene, const PreparedScene& prepared,
   }
   frame.detectors = prepared.detectors;
   frame.longest_path = scene.detectors.path_length_max;
-  frame.warnings = warnings;
+  for (const Problem& p : resolved.warnings)
+    frame.warnings.push_back(fmt::format("{}: {}", p.path, p.message));
   frame.warnings.insert(frame.warnings.end(), prepared.warnings.begin(), prepared.warnings.end());
   frame.dim_lights = prepared.dim_lights;
   return frame;
@@ -140,7 +130,7 @@ Frame frame_of(const Scene& scene, const PreparedScene& prepared,
 
 class Renderer::Work {
  public:
-  Work(Renderer& renderer, const Scene& scene, Backend& backend, RenderOptions options)
+  Work(Renderer& renderer, const ResolvedScene& scene, Backend& backend, RenderOptions options)
       : renderer_(renderer),
         backend_(backend),
         options_(std::move(options)),
@@ -151,11 +141,9 @@ class Renderer::Work {
     seconds_.bounds = seconds_since(start_);
   }
 
-  void look(const Scene& scene) {
+  void look(const ResolvedScene& scene) {
     start_ = Clock::now();
     seconds_ = {};
-    warnings_.clear();
-    require_valid(scene, warnings_);
     prepare_view(scene, prepared_);
     load(scene);
     part_.film = {};
@@ -271,8 +259,7 @@ class Renderer::Work {
   }
 
  private:
-  PreparedScene make_ready(const Scene& scene) {
-    require_valid(scene, warnings_);
+  PreparedScene make_ready(const ResolvedScene& scene) {
     const PassRunner bounds(options_, "bounds", 1000, backend_, deadline_);
     return prepare(
         scene, backend_.threads(),
@@ -280,10 +267,10 @@ class Renderer::Work {
         backend_.table_points());
   }
 
-  void load(const Scene& scene) {
+  void load(const ResolvedScene& scene) {
     backend_.load(prepared_, options_.stop,
                   [this] { return Clock::now() > deadline_ || (!is_hurried_ && pauses()); });
-    part_.frame = frame_of(scene, prepared_, warnings_);
+    part_.frame = frame_of(scene, prepared_);
   }
 
   /// What a limit of time has cost, once it has ended the render.
@@ -734,7 +721,6 @@ class Renderer::Work {
   Backend& backend_;
   const RenderOptions options_;
   Clock::time_point start_;
-  std::vector<std::string> warnings_;
   PreparedScene prepared_;
   Partial part_;
   std::optional<PassRunner> shoot_, gather_;
@@ -755,10 +741,10 @@ class Renderer::Work {
   std::uint64_t slice_samples_ = 1;
 };
 
-Renderer::Renderer(const Scene& scene, Backend& backend, RenderOptions options)
+Renderer::Renderer(const ResolvedScene& scene, Backend& backend, RenderOptions options)
     : work_(std::make_unique<Work>(*this, scene, backend, std::move(options))) {}
 Renderer::~Renderer() = default;
-void Renderer::look(const Scene& scene) { work_->look(scene); }
+void Renderer::look(const ResolvedScene& scene) { work_->look(scene); }
 void Renderer::resume(Partial part, const std::string& name) {
   work_->resume(std::move(part), name);
 }
@@ -771,7 +757,7 @@ RenderResult Renderer::result() { return work_->result(); }
 bool Renderer::has_preview() const { return work_->has_preview(); }
 RenderResult Renderer::preview(double seconds) { return work_->preview(seconds); }
 
-RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& options) {
+RenderResult render(const ResolvedScene& scene, Backend& backend, const RenderOptions& options) {
   Renderer renderer(scene, backend, options);
   renderer.run();
   return renderer.result();

@@ -11,7 +11,7 @@
 #include <glm/matrix.hpp>
 
 #include "tyndall/base/hash.h"
-#include "tyndall/render/check.h"
+#include "tyndall/scene/limits.h"
 
 namespace tyndall {
 namespace {

@@ -18,7 +18,7 @@
 #include <utility>
 #include <variant>
 
-#include "tyndall/render/check.h"
+#include "tyndall/scene/limits.h"
 
 namespace tyndall::scene {
 

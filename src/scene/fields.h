@@ -1,6 +1,8 @@
 /// \file
-/// The keys of fields.
+/// The keys of fields, and what is wrong with grids.
 #pragma once
+
+#include <string>
 
 #include "scene/bodies.h"
 #include "tyndall/scene/fields.h"
@@ -98,5 +100,8 @@ constexpr void describe(V& v, Type<Field>) {
   v(Type<DenseGrid>{}, "grid", "voxels in the unit cube, values at the voxel centres, x fastest");
   v(Type<SparseGrid>{}, "volume", "");
 }
+
+/// \return what is wrong with the size or the values of `grid`; empty if nothing is.
+std::string grid_problem(const DenseGrid& grid);
 
 }  // namespace tyndall::scene

@@ -1,6 +1,9 @@
 /// \file
-/// The keys of phase functions.
+/// The keys of phase functions, and what is wrong with tables.
 #pragma once
+
+#include <cstddef>
+#include <string>
 
 #include "scene/describe.h"
 #include "tyndall/scene/phases.h"
@@ -43,5 +46,12 @@ constexpr void describe(V& v, Type<Phase>) {
   v(Type<TabulatedPhase>{}, "tabulated",
     "linear in the cosine of the angle between the rows of a table");
 }
+
+/// What is wrong with a table, and at which of its rows; an empty message if nothing is.
+struct PhaseTableProblem {
+  std::size_t row = 0;
+  std::string message;
+};
+PhaseTableProblem phase_table_problem(const PhaseTable& table);
 
 }  // namespace tyndall::scene

@@ -11,8 +11,6 @@
 
 #include <fmt/format.h>
 
-#include "tyndall/render/check.h"
-
 namespace tyndall::session {
 namespace {
 
@@ -55,12 +53,8 @@ std::uint64_t address_space() {
 
 std::uint64_t available_memory() { return std::min({machine(), control_group(), address_space()}); }
 
-std::string memory_shortage(const Scene& scene, int lights) {
-  const std::uint64_t light = 3 * sizeof(std::int64_t) * plan_illumination(scene).stored;
-  const auto side = static_cast<std::uint64_t>(stored_illumination_order(scene) + 1);
-  const std::uint64_t needed =
-      memory_needed(scene) + static_cast<std::uint64_t>(lights - 1) * light * side * side;
-  const std::uint64_t available = available_memory();
+std::string memory_shortage(const ResolvedScene& scene, int lights) {
+  const std::uint64_t needed = scene.memory(lights), available = available_memory();
   if (needed <= available) return "";
   constexpr double gibibyte = 1024.0 * 1024.0 * 1024.0;
   return fmt::format(

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <string>
 
-#include "tyndall/render/scene.h"
+#include "tyndall/render/resolved_scene.h"
 
 namespace tyndall::session {
 
@@ -14,6 +14,6 @@ std::uint64_t available_memory();
 
 /// \return what to say of a scene that needs more memory than that; empty if there is
 /// enough. \param lights replicates whose light is kept at the same time
-std::string memory_shortage(const Scene& scene, int lights = 1);
+std::string memory_shortage(const ResolvedScene& scene, int lights = 1);
 
 }  // namespace tyndall::session

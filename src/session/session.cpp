@@ -1,5 +1,7 @@
 #include "session/session.h"
 
+#include <algorithm>
+
 #include "session/memory.h"
 #include "session/refuse.h"
 #include "tyndall/render/error.h"
@@ -17,11 +19,10 @@ void Session::accept(const io::SceneFile& file, const std::vector<std::string>& 
   std::vector<std::string> inputs = file.inputs;
   inputs.insert(inputs.end(), more.begin(), more.end());
   refuse_inputs(inputs, outputs);
-  for (const std::string& warning : file.warnings)
-    if (warned_.insert(warning).second) on_warning(warning);
+  for (const std::string& warning : file.warnings) on_warning(warning);
 }
 
-void Session::prepare(const Scene& scene, int lights) {
+void Session::prepare(const ResolvedScene& scene, int lights) {
   if (const std::string shortage = memory_shortage(scene, lights); !shortage.empty())
     throw Error(ExitCode::out_of_memory, shortage);
   if (!device_.backend) device_ = open_device(device_name_, threads_);
@@ -31,7 +32,7 @@ void Session::distribute(Communicator& ranks) {
   distributed_ = make_distributed_backend(*device_.backend, ranks, &traffic_);
 }
 
-std::unique_ptr<Renderer> Session::begin(const Scene& scene, const RenderOptions& options) {
+std::unique_ptr<Renderer> Session::begin(const ResolvedScene& scene, const RenderOptions& options) {
   if (distributed_) return std::make_unique<Renderer>(scene, *distributed_, options);
   try {
     return std::make_unique<Renderer>(scene, *device_.backend, options);
@@ -51,9 +52,10 @@ bool Session::run(Renderer& renderer, bool is_last) {
   return is_done;
 }
 
-void Session::finish(RenderResult& result, const io::SceneFile& file) const {
+void Session::finish(RenderResult& result, const ResolvedScene& scene) const {
   result.picture.provenance = io::provenance(result);
-  for (const std::string& warning : io::unsaid_warnings(result, file.warnings)) on_warning(warning);
+  const auto added = result.warnings.begin() + std::ssize(scene.warnings);
+  std::for_each(added, result.warnings.end(), on_warning);
 }
 
 io::Run Session::report(Renderer& renderer, const RenderResult& result, const io::SceneFile& file,

@@ -4,7 +4,6 @@
 
 #include <functional>
 #include <memory>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -37,13 +36,13 @@ class Session {
   /// Gets every warning.
   std::function<void(const std::string&)> on_warning = &warn;
 
-  /// Takes a scene that was read: refuses to write over its inputs and `more`, and says its
-  /// warnings, each once. \throws Error(usage)
+  /// Takes a scene that was read: refuses to write over its inputs and `more`, and prints its
+  /// warnings. \throws Error(usage)
   void accept(const io::SceneFile& file, const std::vector<std::string>& outputs,
               const std::vector<std::string>& more = {});
   /// Finds out whether memory is enough for a scene, and for the light of so many replicates, and
   /// opens the device. \throws Error(out_of_memory, device)
-  void prepare(const Scene& scene, int lights = 1);
+  void prepare(const ResolvedScene& scene, int lights = 1);
   /// From here on all ranks do the work. \pre prepare() \param ranks must outlive the session
   void distribute(Communicator& ranks);
 
@@ -54,11 +53,12 @@ class Session {
 
   /// \return a render that has its bounds; if it finds too little memory on a device that nobody
   /// has named, it is on the processor. \pre prepare() \throws as Renderer
-  std::unique_ptr<Renderer> begin(const Scene& scene, const RenderOptions& options);
+  std::unique_ptr<Renderer> begin(const ResolvedScene& scene, const RenderOptions& options);
   /// \param is_last what follows is written whatever time it takes \return Renderer::run()
   bool run(Renderer& renderer, bool is_last);
-  /// Gives the picture its header, and says the warnings of the result that the scene had not.
-  void finish(RenderResult& result, const io::SceneFile& file) const;
+  /// Gives the picture its header, and prints the warnings that the render of `scene` has added to
+  /// those that accept() printed.
+  void finish(RenderResult& result, const ResolvedScene& scene) const;
   /// Says the account of a result. \return it for those who write it
   io::Run report(Renderer& renderer, const RenderResult& result, const io::SceneFile& file,
                  const std::string& scene) const;
@@ -67,7 +67,6 @@ class Session {
   const DeviceName device_name_;
   const int threads_;
   RunControl control_;
-  std::set<std::string> warned_;
   Device device_;
   Traffic traffic_;
   std::unique_ptr<Backend> distributed_;

@@ -8,7 +8,6 @@
 
 #include "host/warp.h"
 #include "support/scenes.h"
-#include "tyndall/render/check.h"
 #include "tyndall/render/render.h"
 
 namespace tyndall::test {
@@ -226,7 +225,7 @@ TEST(Lanes, find_the_cells_that_are_stored_as_single_photons_do) {
   scene.lights = {scene::DirectionalLight{{0.2, -1, 0.1}, {1, 2, 3}},
                   scene::DirectionalLight{{-1, 0.002, 0.1}, {1, 2, 3}, 2},
                   scene::EnvironmentLight{}};
-  ASSERT_TRUE(plan_illumination(scene).is_sparse);
+  ASSERT_TRUE(resolved(scene).illumination.is_sparse);
   const Account account = expect_equal(scene, 0, 4000);
   EXPECT_LT(account.ledger.missed, 2500) << "most are aimed at the spheres";
 }

@@ -71,12 +71,7 @@ struct Baked {
   BakedLight light;
 };
 
-Baked baked(const Scene& scene) {
-  Baked out;
-  out.scene.scene = scene;
-  out.light = test::baked(scene);
-  return out;
-}
+Baked baked(const Scene& scene) { return {{scene, {}, {}, {}}, test::baked(scene)}; }
 
 Scene cloud() {
   Scene scene = test::furnace(
@@ -232,8 +227,7 @@ TEST(BakeFile, says_how_it_was_made) {
 }
 
 TEST(BakeFile, says_that_single_scattering_is_left_out) {
-  Baked b;
-  b.scene.scene = cloud();
+  Baked b = baked(cloud());
   b.light = test::baked(b.scene.scene, true, false, true);
   const Bake bake{"scene.json", b.scene, b.light, {}};
   std::vector<std::string> names{"light.json"};

@@ -21,7 +21,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
-#include "render/scene_values.h"
+#include "scene/values.h"
 #include "support/scenes.h"
 #include "support/volumes.h"
 #include "tyndall/render/error.h"
@@ -208,7 +208,9 @@ Vol parse_vol(const std::string& bytes) {
 
 // ---- Scenes
 
-SceneFile file_of(const Scene& scene) { return {scene, {}, {"some/scene.json"}, {}}; }
+SceneFile file_of(const Scene& scene) {
+  return {test::resolved(scene), {}, {"some/scene.json"}, {}};
+}
 
 Scene lit(std::vector<scene::Component> components) {
   Scene scene = test::furnace(std::move(components));
@@ -294,7 +296,7 @@ class ConvertShipped : public testing::TestWithParam<std::string> {
     return {};
   }
 
-  SceneFile file_;
+  SceneFile file_ = file_of({});
 };
 
 TEST_P(ConvertShipped, AsPbrtReadsIt) {

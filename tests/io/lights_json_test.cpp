@@ -45,7 +45,7 @@ class LightsJson : public testing::Test {
   }
   template <class L>
   L one(const std::string& light) const {
-    return std::get<L>(read(light).scene.lights.at(0));
+    return std::get<L>(read(light).scene->lights.at(0));
   }
   /// \return exit code and message, from the key on.
   std::string failure(const std::string& light) const {
@@ -179,7 +179,7 @@ const std::string four_pixels(
 TEST_F(LightsJson, images_are_read_from_the_top_left) {
   write("sky.hdr", radiance_file(four_pixels));
   const SceneFile file = read(sky);
-  const auto& light = std::get<EnvironmentLight>(file.scene.lights[0]);
+  const auto& light = std::get<EnvironmentLight>(file.scene->lights[0]);
   EXPECT_EQ(light.rotation, 90);
   ASSERT_NE(light.image, nullptr);
   EXPECT_EQ(light.image->width(), 2);

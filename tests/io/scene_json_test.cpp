@@ -53,7 +53,7 @@ class SceneJson : public testing::Test {
     SceneFile file = read_scene(path(), overrides);
     warnings_ = std::move(file.warnings);
     inputs_ = std::move(file.inputs);
-    return std::move(file.scene);
+    return *file.scene;
   }
 
   /// \return exit code and messages, with the scene's folder left out.

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "render/scene_values.h"
+#include "scene/values.h"
 
 namespace tyndall {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "render/phase.h"
+#include "scene/prepare_phase.h"
 #include "support/statistics.h"
 #include "tyndall/random/random.h"
 

@@ -33,7 +33,7 @@ build() {
   local name=$1 compiler=$2 source object objects=()
   shift 2
   mkdir "$scratch/$name"
-  for source in src/render/*.cpp src/host/*.cpp tests/parity/hashes.cpp; do
+  for source in src/scene/*.cpp src/render/*.cpp src/host/*.cpp tests/parity/hashes.cpp; do
     object=$scratch/$name/${source//\//_}.o
     "${launcher[@]}" "$compiler" -std=c++20 -ffp-contract=off "$@" -DFMT_HEADER_ONLY -Iinclude -Isrc \
       -c "$source" -o "$object" || return 1

@@ -1,4 +1,5 @@
-#include "tyndall/render/check.h"
+#include "tyndall/render/resolved_scene.h"
+#include "tyndall/scene/limits.h"
 
 #include <cmath>
 #include <limits>
@@ -227,18 +228,18 @@ TEST(Check, GroundsAreOpenFacesThatLightDoesNotEnterThrough) {
 
 TEST(Check, MemoryGrowsWithPicturesAndGrids) {
   Scene scene = good();
-  const std::uint64_t small = memory_needed(scene);
+  const std::uint64_t small = ResolvedScene(scene).memory();
   scene.camera.resolution = {10000, 10000};
-  EXPECT_GT(memory_needed(scene), small + 8'000'000'000u);
+  EXPECT_GT(ResolvedScene(scene).memory(), small + 8'000'000'000u);
   scene.camera.crop = {5000, 5000, 5010, 5010};
-  EXPECT_LT(memory_needed(scene), small);
+  EXPECT_LT(ResolvedScene(scene).memory(), small);
   scene = good();
   scene.illumination_resolution = {256, 256, 256};
-  EXPECT_GT(memory_needed(scene), small + 1'500'000'000u);
+  EXPECT_GT(ResolvedScene(scene).memory(), small + 1'500'000'000u);
   scene.medium.components[0].phase = HenyeyGreensteinPhase{0.5};
-  const std::uint64_t usual = memory_needed(scene);
+  const std::uint64_t usual = ResolvedScene(scene).memory();
   scene.illumination_order = 2;
-  EXPECT_EQ(memory_needed(scene), usual) << "what is stored unless told";
+  EXPECT_EQ(ResolvedScene(scene).memory(), usual) << "what is stored unless told";
 }
 
 TEST(Check, RangesDescribeThemselves) {

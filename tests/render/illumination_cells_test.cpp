@@ -17,15 +17,15 @@ TEST(IlluminationCells, follow_the_mean_free_path_within_limits) {
   Scene scene = furnace({component(high_variation(8), 140)});
   scene.medium.box_max = {1, 0.5, 0.25};
   scene.illumination_resolution = {0, 0, 0};
-  EXPECT_EQ(stored_illumination_resolution(scene), (std::array{80, 40, 20}));
+  EXPECT_EQ(resolved(scene).illumination.cells, (std::array{80, 40, 20}));
   scene.medium.components[0].extinction = 1;
-  EXPECT_EQ(stored_illumination_resolution(scene), (std::array{64, 32, 16}));
+  EXPECT_EQ(resolved(scene).illumination.cells, (std::array{64, 32, 16}));
   scene.medium.components[0].extinction = 1000;
-  EXPECT_EQ(stored_illumination_resolution(scene), (std::array{128, 64, 32}));
+  EXPECT_EQ(resolved(scene).illumination.cells, (std::array{128, 64, 32}));
   scene.illumination_resolution = {7, 0, 9};
-  EXPECT_EQ(stored_illumination_resolution(scene), (std::array{7, 64, 9}));
+  EXPECT_EQ(resolved(scene).illumination.cells, (std::array{7, 64, 9}));
   scene.medium.components[0].albedo = glm::dvec3(0);  // leaves no light
-  EXPECT_EQ(stored_illumination_resolution(scene), (std::array{7, 32, 9}));
+  EXPECT_EQ(resolved(scene).illumination.cells, (std::array{7, 32, 9}));
 }
 
 TEST(IlluminationCells, of_many_mean_free_paths_are_warned_of) {
@@ -108,14 +108,14 @@ TEST(IlluminationCells, may_be_wide_where_nothing_varies) {
 TEST(IlluminationCells, are_fine_across_slabs_and_one_along_them) {
   Scene scene = slab(100, 1);
   scene.illumination_resolution = {0, 0, 0};
-  EXPECT_EQ(stored_illumination_resolution(scene), (std::array{1, 1, 500}));
-  EXPECT_EQ(gather_bounces(scene), 1);
+  EXPECT_EQ(resolved(scene).illumination.cells, (std::array{1, 1, 500}));
+  EXPECT_EQ(resolved(scene).bounces, 1);
   scene.medium.components[0].extinction = 2;
-  EXPECT_EQ(stored_illumination_resolution(scene), (std::array{1, 1, 64}));
+  EXPECT_EQ(resolved(scene).illumination.cells, (std::array{1, 1, 64}));
   scene.medium.components[0].extinction = 1e4;
-  EXPECT_EQ(stored_illumination_resolution(scene), (std::array{1, 1, 1024}));
+  EXPECT_EQ(resolved(scene).illumination.cells, (std::array{1, 1, 1024}));
   scene.lights.push_back(scene::PointLight{{0.5, 0.5, -1}, glm::dvec3(1)});
-  EXPECT_EQ(stored_illumination_resolution(scene), (std::array{128, 128, 128}));
+  EXPECT_EQ(resolved(scene).illumination.cells, (std::array{128, 128, 128}));
 }
 
 TEST(IlluminationCells, ask_for_bounces_where_they_are_wide) {
@@ -125,7 +125,7 @@ TEST(IlluminationCells, ask_for_bounces_where_they_are_wide) {
   const auto bounces_at = [&](double extinction, const scene::Phase& phase) {
     scene.medium.components[0].extinction = extinction;
     scene.medium.components[0].phase = phase;
-    return gather_bounces(scene);
+    return resolved(scene).bounces;
   };
   const auto expect_bounces = [&](int of_noise, int of_solid, double extinction,
                                   const scene::Phase& phase) {
@@ -162,32 +162,33 @@ Scene balls(double distance) {
 
 TEST(IlluminationCells, are_stored_where_matter_is_in_a_box_that_is_nearly_empty) {
   Scene scene = balls(1000);
-  const IlluminationPlan plan = plan_illumination(scene);
+  const IlluminationPlan plan = resolved(scene).illumination;
   EXPECT_TRUE(plan.is_sparse);
   // Both balls have a volume of 1.047: 64 cells to an edge of that are finer than 1.75 mean free
   // paths.
   EXPECT_EQ(plan.cells, (std::array{63087, 64, 64}));
   EXPECT_LT(plan.stored, 3000000u);
   EXPECT_FALSE(warns_of(scene, "photons.illumination.resolution"));
-  EXPECT_LT(memory_needed(scene), 3000000000u);
+  EXPECT_LT(resolved(scene).memory(), 3000000000u);
   scene.medium.components[0].extinction = 140;
-  EXPECT_EQ(plan_illumination(scene).cells, (std::array{80080, 80, 80}));
-  EXPECT_TRUE(plan_illumination(balls(100)).is_sparse);
-  EXPECT_FALSE(plan_illumination(balls(5)).is_sparse) << "filled by an eighth and more";
+  EXPECT_EQ(resolved(scene).illumination.cells, (std::array{80080, 80, 80}));
+  EXPECT_TRUE(resolved(balls(100)).illumination.is_sparse);
+  EXPECT_FALSE(resolved(balls(5)).illumination.is_sparse) << "filled by an eighth and more";
 
   Scene given = balls(1000);
   given.illumination_resolution = {128, 1, 1};
-  EXPECT_FALSE(plan_illumination(given).is_sparse);
+  EXPECT_FALSE(resolved(given).illumination.is_sparse);
   EXPECT_TRUE(warns_of(given, "photons.illumination.resolution"));
   Scene alone = furnace({component(scene::Solid{scene::Sphere{{1, 1, 1}, 0.5}}, 0.01)});
   alone.illumination_resolution = {0, 0, 0};
   alone.medium.box_max = {3, 3, 3};
-  EXPECT_FALSE(plan_illumination(alone).is_sparse) << "a dense grid does as well";
+  EXPECT_FALSE(resolved(alone).illumination.is_sparse) << "a dense grid does as well";
   alone.medium.components[0].extinction = 400;
-  EXPECT_TRUE(plan_illumination(alone).is_sparse) << "its cells would be 9 mean free paths wide";
+  EXPECT_TRUE(resolved(alone).illumination.is_sparse)
+      << "its cells would be 9 mean free paths wide";
   Scene fog = balls(1000);
   fog.medium.components.push_back(component(scene::Solid{}, 1e-3));
-  EXPECT_FALSE(plan_illumination(fog).is_sparse) << "matter everywhere";
+  EXPECT_FALSE(resolved(fog).illumination.is_sparse) << "matter everywhere";
 }
 
 TEST(IlluminationCells, hold_all_matter_where_not_all_are_stored) {
@@ -197,11 +198,11 @@ TEST(IlluminationCells, hold_all_matter_where_not_all_are_stored) {
   scenes[2].medium.components[1].transform[3] = {299.5, 0.5, 0.5, 1};
   Random random(3);
   for (const Scene& scene : scenes) {
-    ASSERT_TRUE(plan_illumination(scene).is_sparse);
+    ASSERT_TRUE(resolved(scene).illumination.is_sparse);
     const PreparedScene prepared = prepare(scene, 0);
     const IlluminationCells& cells = prepared.cells;
     ASSERT_LE(cells.count(), most_stored_cells);
-    ASSERT_LE(cells.count(), 2 * plan_illumination(scene).stored);
+    ASSERT_LE(cells.count(), 2 * resolved(scene).illumination.stored);
     int met = 0;
     for (int n = 0; n < 20000; ++n) {
       const double away = n % 2 == 0 ? 0 : scene.medium.box_max.x - 1;

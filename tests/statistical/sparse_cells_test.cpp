@@ -9,7 +9,6 @@
 #include <nanovdb/util/GridBuilder.h>
 
 #include "support/scenes.h"
-#include "tyndall/render/check.h"
 #include "tyndall/render/volume.h"
 
 namespace tyndall::test {
@@ -57,7 +56,7 @@ void fit_box(Scene& scene) {
 
 /// Photons against paths.
 void expect_right(Scene scene, const char* name, std::uint64_t path_samples) {
-  ASSERT_TRUE(plan_illumination(scene).is_sparse) << name;
+  ASSERT_TRUE(resolved(scene).illumination.is_sparse) << name;
   scene.photons = 60000;
   scene.samples = 128;
   const auto mean = [](const RenderResult& r) { return mean_of_picture(r); };

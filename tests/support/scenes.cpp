@@ -195,9 +195,9 @@ Tallies shoot_and_measure(const Scene& scene, const MajorantTables& bounds) {
 }
 
 BakedLight baked(const Scene& scene, bool with_directions, bool per_light, bool multiple_only) {
-  const Scene whole = scene_to_bake(scene, with_directions, per_light, multiple_only);
+  const ResolvedScene whole = scene_to_bake(scene, with_directions, per_light, multiple_only);
   RenderOptions options;
-  options.photons = IndexRange{0, whole.photons};
+  options.photons = IndexRange{0, whole->photons};
   options.measures_matter = true;
   const auto backend = make_cpu_backend();
   Renderer renderer(whole, *backend, options);

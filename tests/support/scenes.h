@@ -44,6 +44,14 @@ Scene coloured();
 /// leaves through face 4, what is transmitted through face 5.
 Scene slab(double optical_thickness, double albedo, scene::Phase phase = scene::IsotropicPhase{});
 
+/// Without check(): most of these scenes have no light.
+inline ResolvedScene resolved(const Scene& scene) { return ResolvedScene::unchecked(scene); }
+inline PreparedScene prepare(const Scene& scene, int threads,
+                             const std::function<void(double)>& progress = {},
+                             const Stop& stop = {}) {
+  return tyndall::prepare(resolved(scene), threads, progress, stop);
+}
+
 // ---- Flights
 
 struct FreePath {

@@ -68,7 +68,8 @@ Extinction extinction_at(const PreparedScene& scene, Vec3f p);
 /// time: whoever shows the bake adds it, with the phase function itself. What matter emits stays
 /// in, and so do lights at a place between periodic sides, for which no shadow ray can be asked.
 /// \throws Error(scene_invalid) where two lights would have one name
-Scene scene_to_bake(Scene scene, bool with_directions, bool per_light, bool multiple_only = false);
+ResolvedScene scene_to_bake(const ResolvedScene& scene, bool with_directions, bool per_light,
+                            bool multiple_only = false);
 
 /// \param renderer that has shot photons, one at least, through `scene`, made by scene_to_bake(),
 /// and measured all of its matter: see RenderOptions::measures_matter.

@@ -11,6 +11,8 @@
 
 namespace tyndall {
 
+class ResolvedScene;
+
 /// The processes that work together. Every function but next_ticket() is to be called by all of
 /// them.
 class Communicator {
@@ -43,6 +45,6 @@ struct Traffic {
 std::unique_ptr<Backend> make_distributed_backend(Backend& local, Communicator& ranks,
                                                   Traffic* traffic = nullptr);
 /// What ranks other than 0 do: prepare `scene` and work for rank 0. \throws as render()
-void serve(const scene::Scene& scene, Backend& local, Communicator& ranks);
+void serve(const ResolvedScene& scene, Backend& local, Communicator& ranks);
 
 }  // namespace tyndall

@@ -2,7 +2,7 @@
 /// What the powers of lights are to their intensities and radiances.
 #pragma once
 
-#include "tyndall/render/scene.h"
+#include "tyndall/scene/scene.h"
 
 namespace tyndall {
 

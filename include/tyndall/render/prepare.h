@@ -6,12 +6,13 @@
 
 #include <array>
 #include <functional>
+#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "tyndall/render/parallel.h"
-#include "tyndall/render/scene.h"
+#include "tyndall/render/resolved_scene.h"
 #include "tyndall/transport/passes.h"
 
 namespace tyndall {
@@ -27,9 +28,10 @@ struct MajorantTables {
   std::vector<float> whole_total, whole_upper, whole_lower;  ///< the same for one cell
 };
 
-/// A scene ready to render. The views (medium, emitters, ...) point into its own storage and its
-/// Scene's grids, which must outlive it.
+/// A scene ready to render. The views (medium, emitters, ...) point into its own storage and into
+/// the grids of `source`.
 struct PreparedScene {
+  std::shared_ptr<const Scene> source;
   AnyMedium medium;
   AnySampler sampler;
   std::vector<Emitter> emitters;
@@ -92,16 +94,16 @@ struct PreparedScene {
 
 /// \param threads for the bounds. \param progress told the share done, by the calling thread.
 /// \param table_points of each noise: see NoiseTable. \throws Stopped
-PreparedScene prepare(const Scene& scene, int threads,
+PreparedScene prepare(const ResolvedScene& scene, int threads,
                       const std::function<void(double)>& progress = {}, const Stop& stop = {},
                       double table_points = NoiseTable::processor_points);
 
 /// \return PreparedScene::warnings of a scene that is not rendered: what check() cannot know, since
 /// it takes the bounds of the medium. Scenes that cannot have any take no time.
-std::vector<std::string> lights_that_give_nothing(const Scene& scene, int threads = 0);
+std::vector<std::string> lights_that_give_nothing(const ResolvedScene& scene, int threads = 0);
 
 /// The camera of `scene`, in place of another one. \pre prepared of the same scene but for that
-void prepare_view(const Scene& scene, PreparedScene& prepared);
+void prepare_view(const ResolvedScene& scene, PreparedScene& prepared);
 
 /// The bounds alone. `components` in the order of the tables; `resolution` as
 /// scene::Medium::majorant_resolution.

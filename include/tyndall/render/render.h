@@ -13,7 +13,7 @@
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/part.h"
 #include "tyndall/render/picture.h"
-#include "tyndall/render/scene.h"
+#include "tyndall/render/resolved_scene.h"
 #include "tyndall/transport/ledger.h"
 
 namespace tyndall {
@@ -89,15 +89,15 @@ struct RenderResult {
   std::vector<std::int64_t> detected;  ///< see Detectors::sums; empty where nothing was asked for
   Hashes hashes{};
   PassSeconds seconds;
-  std::vector<std::string> warnings;
+  std::vector<std::string> warnings;  ///< those of ResolvedScene first
 };
 
 /// One render, from a scene to its result, that can be left between two batches, looked at, and
 /// taken up again elsewhere.
 class Renderer {
  public:
-  /// Prepares the scene, which must outlive it. \throws as render()
-  Renderer(const Scene& scene, Backend& backend, RenderOptions options = {});
+  /// Prepares the scene. \throws as render()
+  Renderer(const ResolvedScene& scene, Backend& backend, RenderOptions options = {});
   ~Renderer();
 
   /// Takes up what was done before: photons whose light it keeps, samples, a slice under way.
@@ -109,9 +109,8 @@ class Renderer {
 
   /// Another camera, or another seed of its paths: no sample is done then, but bounds, light and
   /// matter stay.
-  /// \param scene the same but for these \pre run() was true, with RenderOptions::keeps_light; the
-  /// first scene is there still \throws Error(scene_invalid)
-  void look(const Scene& scene);
+  /// \param scene differs in these alone \pre run() was true, with RenderOptions::keeps_light
+  void look(const ResolvedScene& scene);
 
   /// \return all that is done. Where run() threw Stopped: what it had last written down.
   const Partial& part();
@@ -138,10 +137,11 @@ class Renderer {
 /// \return the picture, the hashes and the account of a part.
 RenderResult develop(const Partial& part);
 
-/// Renders `scene` (see check()) on `backend`.
+/// Renders `scene` on `backend`. A Scene is checked first.
 /// \throws Error (scene_invalid, out_of_memory, device; internal when the ledger does not close),
 /// Stopped.
-RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& options = {});
+RenderResult render(const ResolvedScene& scene, Backend& backend,
+                    const RenderOptions& options = {});
 
 /// A render is made of this many, each of its own photons, grid and samples: pixels share a grid,
 /// so that only the spread between several tells the noise of a picture. Fewer where there are
@@ -149,7 +149,9 @@ RenderResult render(const Scene& scene, Backend& backend, const RenderOptions& o
 inline constexpr int most_replicates = 8;
 
 /// \return hash of everything in `scene` that can change the picture.
-std::uint64_t scene_hash(const Scene& scene);
+std::uint64_t scene_hash(const ResolvedScene& scene);
+/// \return hash of everything that can change the light: all but the camera and its paths.
+std::uint64_t light_hash(const ResolvedScene& scene);
 
 /// Version of the arithmetic: results of different versions cannot be compared or merged bit by
 /// bit.

@@ -15,7 +15,7 @@
 #include "tyndall/base/math.h"
 #include "tyndall/medium/sparse_grid.h"
 #include "tyndall/render/parallel.h"
-#include "tyndall/render/scene.h"
+#include "tyndall/scene/scene.h"
 
 namespace tyndall {
 

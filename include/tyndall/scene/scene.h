@@ -48,6 +48,12 @@ struct Detectors {
   int scattering_bins = 0;       ///< the last one takes the rest
   int exit_angle_bins = 0;
   std::array<int, 3> absorbed{0, 0, 0};  ///< voxels
+
+  /// Whether anything is counted.
+  bool any() const {
+    return flux[0] > 0 || path_length_bins > 0 || scattering_bins > 0 || exit_angle_bins > 0
+           || absorbed[0] > 0;
+  }
 };
 
 struct Scene {
@@ -65,7 +71,7 @@ struct Scene {
       -1;  ///< of the spherical harmonics, 0 to 2; -1: 2 unless all scattering is isotropic
   std::uint64_t samples = 16;  ///< per pixel
   std::optional<int> bounces;  ///< of the camera's paths before they read the grid; none: 1 to 3,
-                               ///< see gather_bounces()
+                               ///< see ResolvedScene::bounces
   SingleScattering single_scattering = SingleScattering::apart;
   std::uint64_t seed = 1;
   std::optional<std::uint64_t> gather_seed;  ///< of the camera's paths; none: `seed`
@@ -74,6 +80,11 @@ struct Scene {
   double exposure = 0.0;       ///< [EV] of the PNG preview only
   Detectors detectors;
 };
+
+/// \return whether the detectors count anything: paths alone shoot no photons.
+inline bool detects(const Scene& scene) {
+  return scene.integrator == Integrator::photons && scene.detectors.any();
+}
 
 }  // namespace tyndall::scene
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "tyndall/medium/phase.h"
-#include "tyndall/render/scene.h"
+#include "tyndall/scene/scene.h"
 
 namespace tyndall {
 

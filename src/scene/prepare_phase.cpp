@@ -1,9 +1,9 @@
-#include "render/phase.h"
+#include "scene/prepare_phase.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "render/scene_values.h"
+#include "scene/values.h"
 
 namespace tyndall {
 namespace {

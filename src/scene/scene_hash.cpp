@@ -3,7 +3,6 @@
 
 #include "scene/scene.h"
 #include "tyndall/base/hash.h"
-#include "tyndall/render/check.h"
 #include "tyndall/render/image.h"
 #include "tyndall/render/render.h"
 #include "tyndall/render/volume.h"
@@ -105,20 +104,21 @@ class MemberHasher : public scene::Visitor<MemberHasher<T>> {
   const T& thing_;
 };
 
-}  // namespace
-
-std::uint64_t scene_hash(const Scene& s) {
+/// \param seen by whom, by paths of which seed
+std::uint64_t hash_of(const ResolvedScene& resolved, const scene::Camera& seen,
+                      const std::optional<std::uint64_t>& gather_seed) {
   SceneHasher hash;
   // All members, so that a new one does not compile before it is considered here. The exposure is
   // of the preview alone.
-  const auto& [medium, lights, camera, background, sampler, marching_step, integrator, photons,
-               illumination_resolution, illumination_order, samples, bounces, single_scattering,
-               seed, gather_seed, filter, filter_radius, exposure, detectors] = s;
+  const auto& [medium, lights, unused_camera, background, sampler, marching_step, integrator,
+               photons, illumination_resolution, illumination_order, samples, bounces,
+               single_scattering, seed, unused_seed, filter, filter_radius, exposure, detectors] =
+      *resolved;
   const auto& [box_min, box_max, sides, ground, majorant_resolution, components] = medium;
-  hash(arithmetic_version, box_min, box_max, sides, majorant_resolution, components, lights, camera,
+  hash(arithmetic_version, box_min, box_max, sides, majorant_resolution, components, lights, seen,
        filter, filter_radius, background, sampler, marching_step, photons,
-       stored_illumination_resolution(s), illumination_order, samples, seed, integrator,
-       gather_bounces(s), single_scattering, detectors);
+       resolved.illumination.cells, illumination_order, samples, seed, integrator, resolved.bounces,
+       single_scattering, detectors);
   // Scenes of before there were grounds keep their hash.
   for (unsigned face = 0; face < 6; ++face)
     if (ground[face]) hash(face, *ground[face]);
@@ -126,5 +126,12 @@ std::uint64_t scene_hash(const Scene& s) {
   if (gather_seed.value_or(seed) != seed) hash(6u, *gather_seed);
   return hash.value();
 }
+
+}  // namespace
+
+std::uint64_t scene_hash(const ResolvedScene& scene) {
+  return hash_of(scene, scene->camera, scene->gather_seed);
+}
+std::uint64_t light_hash(const ResolvedScene& scene) { return hash_of(scene, {}, {}); }
 
 }  // namespace tyndall
