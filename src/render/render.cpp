@@ -159,25 +159,20 @@ class Renderer::Work {
     prepare_view(scene, prepared_);
     load(scene);
     part_.film = {};
-    part_.depth = {};
-    part_.depth_pixels = 0;
+    part_.measured[measurement::depth] = {};
     for (Replicate& replicate : part_.replicates) {
       replicate.samples = {};
       replicate.gathered = {};
       replicate.film = {};
     }
-    fresh_pixels_ = fresh_depths_ = 0;
+    fresh_pixels_ = fresh_measured_[measurement::depth] = 0;
     taken_ = shown_ = -1;
   }
 
   void resume(Partial part, const std::string& name) {
-    const int slice_replicate = part.slice_replicate;
-    part_.slice = part.slice;
-    part_.slice_pixels = part.slice_pixels;
-    part_.slice_film = std::move(part.slice_film);
-    part_.slice_gathered = part.slice_gathered;
+    Slice slice = std::exchange(part.slice, {});
     merge(part_, "this render", std::move(part), name);
-    part_.slice_replicate = slice_replicate;
+    part_.slice = std::move(slice);
     taken_ = shown_ = -1;
   }
 
@@ -210,7 +205,7 @@ class Renderer::Work {
   }
 
   bool has_preview() const {
-    return part_.matter_cells == part_.frame.cells && (!prepared_.has_grid || !denominator_.empty())
+    return part_.has(measurement::scattering) && (!prepared_.has_grid || !denominator_.empty())
            && lit_replicate() >= 0;
   }
 
@@ -224,8 +219,7 @@ class Renderer::Work {
     illuminate(r);
     Partial glance;
     glance.frame = part_.frame;
-    glance.depth = part_.depth;
-    glance.depth_pixels = part_.depth_pixels;
+    glance.measured[measurement::depth] = part_.measured[measurement::depth];
     glance.matter_hash = part_.matter_hash;
     glance.replicates.resize(part_.replicates.size());
     const Replicate& lit = part_.replicates[r];
@@ -289,12 +283,12 @@ class Renderer::Work {
   /// What a limit of time has cost, once it has ended the render.
   void warn_of_time(RenderResult& result) const {
     if (!is_left_ || options_.time_limit == 0) return;
-    if (seconds_.bounds + seconds_.matter > options_.time_limit / 2) {
+    if (seconds_.bounds + seconds_.measured[measurement::scattering] > options_.time_limit / 2) {
       result.warnings.push_back(fmt::format(
           "of the {:.3g} s that were allowed, bounds took {:.2g} s and matter {:.2g} s, "
           "before the first photon; allow more, or lower "
           "photons.illumination.resolution",
-          options_.time_limit, seconds_.bounds, seconds_.matter));
+          options_.time_limit, seconds_.bounds, seconds_.measured[measurement::scattering]));
     }
     if (!shoots_only() && result.replicates < 2 && part_.frame.replicates > 1) {
       result.warnings.push_back(fmt::format(
@@ -430,42 +424,35 @@ class Renderer::Work {
 
   // ---- The passes.
 
-  /// Goes on with what is measured, `done` of `count`. \param pass (IndexRange) -> end of what was
-  /// done \param[out] fresh that end, flushed or not \return [s] that it took
-  template <class Pass>
-  double measure(const char* name, std::uint64_t done, std::uint64_t count, std::uint64_t& fresh,
-                 const Pass& pass) {
-    PassRunner runner(options_, name, count, backend_, deadline_, done);
-    fresh = done;
+  /// \return false where go_on ended it.
+  bool measure(measurement::Id id) {
+    if (part_.has(id)) return true;
+    const std::uint64_t done = part_.measured[id].done, count = part_.frame.count(id);
+    PassRunner runner(options_, measurement::rows[id].name, count, backend_, deadline_, done);
+    fresh_measured_[id] = done;
     runner.run(
-        {done, count}, [&](IndexRange range) { return fresh = pass(range); },
+        {done, count},
+        [&](IndexRange range) { return fresh_measured_[id] = backend_.measure(id, range); },
         [&] { return go_on(Moment::batch); });
     flush();
-    return runner.seconds();
+    seconds_.measured[id] = runner.seconds();
+    return part_.has(id);
   }
 
   /// \return false where go_on ended it.
   bool measure_matter() {
     if (!prepared_.has_grid || !denominator_.empty()) return true;
-    seconds_.matter = measure("matter", part_.matter_cells, part_.frame.cells, fresh_cells_,
-                              [&](IndexRange range) { return backend_.measure_matter(range); });
-    if (part_.matter_cells < part_.frame.cells) return false;
+    if (!measure(measurement::scattering)) return false;
+    const std::vector<std::int64_t>& matter = part_.measured[measurement::scattering].words;
     Hasher hasher;
-    hasher.add_all(part_.matter.data(), part_.matter.size());
+    hasher.add_all(matter.data(), matter.size());
     if (part_.matter_hash != 0 && part_.matter_hash != hasher.value()) {
       throw Error(ExitCode::input_missing,
                   "what was done before is of other matter than the scene has now; shoot anew");
     }
     part_.matter_hash = hasher.value();
-    denominator_ = read_out_matter(prepared_, part_.matter);
+    denominator_ = read_out_matter(prepared_, matter);
     return true;
-  }
-
-  bool measure_depth() {
-    if (part_.has_depth()) return true;
-    seconds_.depth = measure("depth", part_.depth_pixels, prepared_.pixels(), fresh_depths_,
-                             [&](IndexRange range) { return backend_.measure_depth(range); });
-    return part_.has_depth();
   }
 
   enum class Shot { whole, cut, stopped };
@@ -504,12 +491,8 @@ class Renderer::Work {
   /// out, are gathered anew. So are the others: the film is of all.
   void forget_samples(int r) {
     if (missing_photons(r).empty()) return;
-    const bool has_slice = part_.slice_replicate == r;
-    if (replicate(r).samples.empty() && !has_slice) return;
-    part_.slice_replicate = -1;
-    part_.slice_film = {};
-    part_.slice_gathered = {};
-    part_.slice_pixels = 0;
+    if (replicate(r).samples.empty() && part_.slice.replicate != r) return;
+    part_.slice = {};
     if (replicate(r).samples.empty()) return;
     for (int other = 0; other < part_.frame.replicates; ++other) {
       if (replicate(other).samples.empty() || !replicate(other).light.empty()
@@ -539,13 +522,13 @@ class Renderer::Work {
       gathers = true;
     }
     if (!gathers) return true;
-    if (!measure_depth()) return false;
+    if (!measure(measurement::depth)) return false;
     for (;;) {
       int next = -1;  // that has a slice under way, or else the fewest samples
       for (const int r : turns) {
         if (missing_samples(r).empty()) continue;
-        if (next < 0 || r == part_.slice_replicate
-            || (next != part_.slice_replicate
+        if (next < 0 || r == part_.slice.replicate
+            || (next != part_.slice.replicate
                 && replicate(r).samples.count() < replicate(next).samples.count()))
           next = r;
       }
@@ -586,30 +569,29 @@ class Renderer::Work {
     const auto begin = Clock::now();
     if (shown_ != replicate_) illuminate(static_cast<std::size_t>(replicate_));
     const double switch_seconds = seconds_since(begin);
-    const bool goes_on = part_.slice_replicate == replicate_ && part_.slice.begin == range.begin
-                         && part_.slice.end <= range.end;
+    Slice& slice = part_.slice;
+    const bool goes_on = slice.replicate == replicate_ && slice.samples.begin == range.begin
+                         && slice.samples.end <= range.end;
     if (!goes_on) {
-      part_.slice_film = {};
-      part_.slice_gathered = {};
-      part_.slice_pixels = 0;
+      slice = {};
       std::uint64_t count = std::min({range.end - range.begin, slice_samples_, most});
       if (has_picture() && sample_seconds_ > 0) {
         const double fitting = seconds_left() / sample_seconds_;
         if (fitting < 1) return false;
         if (fitting < static_cast<double>(count)) count = static_cast<std::uint64_t>(fitting);
       }
-      part_.slice_replicate = replicate_;
-      part_.slice = {range.begin, range.begin + count};
+      slice.replicate = replicate_;
+      slice.samples = {range.begin, range.begin + count};
     }
-    const std::uint64_t count = part_.slice.end - part_.slice.begin;
+    const std::uint64_t count = slice.samples.end - slice.samples.begin;
     const auto start = Clock::now();
-    fresh_pixels_ = part_.slice_pixels;
+    fresh_pixels_ = slice.pixels;
     const std::uint64_t end = gather_->run(
-        {part_.slice_pixels, prepared_.pixels_to_gather()},
+        {slice.pixels, prepared_.pixels_to_gather()},
         [&](IndexRange batch) {
           // go_on may have had a preview by other light.
           if (shown_ != replicate_) illuminate(static_cast<std::size_t>(replicate_));
-          return fresh_pixels_ = backend_.gather(batch, {part_.slice.begin, count});
+          return fresh_pixels_ = backend_.gather(batch, {slice.samples.begin, count});
         },
         [&] { return fits(0) && go_on(Moment::batch); }, count);
     if (end < prepared_.pixels_to_gather()) return false;
@@ -664,17 +646,11 @@ class Renderer::Work {
   /// Writes down what the backend has tallied since the last time.
   void flush() {
     if (is_broken_) return;
-    if (fresh_cells_ > part_.matter_cells) {
-      part_.matter_cells = fresh_cells_;
-      add_to(part_.matter, backend_.take_matter());
-    }
-    if (fresh_depths_ > part_.depth_pixels) {
-      const std::vector<float> depth = backend_.take_depth();
-      part_.depth.resize(depth.size());
-      std::copy(depth.begin() + static_cast<std::ptrdiff_t>(part_.depth_pixels),
-                depth.begin() + static_cast<std::ptrdiff_t>(fresh_depths_),
-                part_.depth.begin() + static_cast<std::ptrdiff_t>(part_.depth_pixels));
-      part_.depth_pixels = fresh_depths_;
+    for (const measurement::Id id : measurement::ids) {
+      Measured& measured = part_.measured[id];
+      if (fresh_measured_[id] <= measured.done) continue;
+      measured.done = fresh_measured_[id];
+      add_to(measured.words, backend_.take(id));
     }
     if (!fresh_photons_.empty()) {
       Replicate& replicate = current();
@@ -688,26 +664,24 @@ class Renderer::Work {
       shot.ledger = in_scene_order(shot.ledger, prepared_.scene_component);
       add(replicate.shot, shot);
     }
-    if (fresh_pixels_ > part_.slice_pixels) {
-      part_.slice_pixels = fresh_pixels_;
-      add(part_.slice_gathered, backend_.take_account());
-      add_to(part_.slice_film, backend_.take_film());
+    if (fresh_pixels_ > part_.slice.pixels) {
+      part_.slice.pixels = fresh_pixels_;
+      add(part_.slice.gathered, backend_.take_account());
+      add_to(part_.slice.film, backend_.take_film());
     }
   }
 
   void finish_slice() {
     flush();
+    Slice slice = std::exchange(part_.slice, {});
+    fresh_pixels_ = 0;
     Replicate& replicate = current();
-    replicate.samples.add(part_.slice);
-    add(replicate.gathered, part_.slice_gathered);
-    part_.slice_gathered = {};
+    replicate.samples.add(slice.samples);
+    add(replicate.gathered, slice.gathered);
     replicate.film.resize(3 * prepared_.pixels());
-    for (std::size_t i = 0; i < part_.slice_film.pixels.size(); ++i)
-      for (std::size_t c = 0; c < 3; ++c)
-        replicate.film[3 * i + c] += part_.slice_film.pixels[i].sum[c];
-    add_to(part_.film, std::exchange(part_.slice_film, {}));
-    part_.slice_replicate = -1;
-    part_.slice_pixels = fresh_pixels_ = 0;
+    for (std::size_t i = 0; i < slice.film.pixels.size(); ++i)
+      for (std::size_t c = 0; c < 3; ++c) replicate.film[3 * i + c] += slice.film.pixels[i].sum[c];
+    add_to(part_.film, std::move(slice.film));
   }
 
   void let_light_go() {
@@ -740,18 +714,19 @@ class Renderer::Work {
   std::optional<PassRunner> shoot_, gather_;
   PassSeconds seconds_;
   std::vector<float> numerator_, denominator_;
-  std::map<int, std::vector<float>> kept_;  // numerators of replicates, for look()
-  int replicate_ = 0;                       // under way
-  Ranges fresh_photons_;                    // since the last flush
-  std::uint64_t fresh_pixels_ = 0, fresh_cells_ = 0, fresh_depths_ = 0;  // done, flushed or not
-  bool is_broken_ = false;               // the backend's tallies since the last flush
-  bool is_left_ = false;                 // run() has ended before all was done
-  Clock::time_point deadline_{};         // of the batch under way
-  bool is_hurried_ = false;              // no pause for the pause that was asked for
-  int taken_ = -1;                       // whose light is all that was taken last
-  int shown_ = -1;                       // by whose light the backend gathers
-  std::optional<double> shoot_seconds_;  // that a replicate took last, of this run
-  double sample_seconds_ = 0;            // the same of a sample of all pixels
+  std::map<int, std::vector<float>> kept_;             // numerators of replicates, for look()
+  int replicate_ = 0;                                  // under way
+  Ranges fresh_photons_;                               // since the last flush
+  measurement::Each<std::uint64_t> fresh_measured_{};  // elements done, flushed or not
+  std::uint64_t fresh_pixels_ = 0;                     // of the slice, in the same way
+  bool is_broken_ = false;                             // the backend's tallies since the last flush
+  bool is_left_ = false;                               // run() has ended before all was done
+  Clock::time_point deadline_{};                       // of the batch under way
+  bool is_hurried_ = false;                            // no pause for the pause that was asked for
+  int taken_ = -1;                                     // whose light is all that was taken last
+  int shown_ = -1;                                     // by whose light the backend gathers
+  std::optional<double> shoot_seconds_;                // that a replicate took last, of this run
+  double sample_seconds_ = 0;                          // the same of a sample of all pixels
   std::uint64_t slice_samples_ = 1;
 };
 

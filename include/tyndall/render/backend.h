@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tyndall/render/measurement.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/transport/film.h"
 
@@ -53,14 +54,15 @@ class Backend {
   virtual void load(const PreparedScene& scene, const Stop& stop, const Stop& pause = {}) = 0;
   // \return the end of what is done.
   virtual std::uint64_t shoot(IndexRange photons) = 0;
-  virtual std::uint64_t measure_matter(IndexRange cells) = 0;
-  virtual std::uint64_t measure_depth(IndexRange pixels) = 0;
+  /// \param elements cells or pixels, each of which is measured once
+  virtual std::uint64_t measure(measurement::Id id, IndexRange elements) = 0;
   /// \param pixels of PreparedScene::pixels_to_gather()
   virtual std::uint64_t gather(IndexRange pixels, SampleRange samples) = 0;
 
   // Since the last call:
-  virtual std::vector<std::int64_t> take_matter() = 0;        ///< see MatterPass::matter
-  virtual std::vector<float> take_depth() = 0;                ///< see DepthPass::depth
+  /// All elements of a measurement, one after the other in 64-bit words. Those that were not
+  /// measured since are 0, so that words add up.
+  virtual std::vector<std::int64_t> take(measurement::Id id) = 0;
   virtual std::vector<std::int64_t> take_illumination() = 0;  ///< see IlluminationTally::sums
   virtual std::vector<std::int64_t> take_detectors() = 0;     ///< see Detectors::sums
   virtual Account take_account() = 0;

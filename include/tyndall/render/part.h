@@ -68,6 +68,8 @@ struct Frame {
   std::uint64_t pixels() const {
     return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
   }
+  /// Elements of a measurement.
+  std::uint64_t count(std::size_t id) const { return measurement::rows[id].count(cells, pixels()); }
   /// The photons, and the samples, of replicate `r`.
   IndexRange photons_of(int r) const;
   IndexRange samples_of(int r) const;
@@ -85,24 +87,28 @@ struct Replicate {
   std::vector<std::int64_t> film;  ///< [pixels][3] sums of its samples; empty: none
 };
 
+/// What is measured of the scene, element by element in order.
+struct Measured {
+  std::vector<std::int64_t> words;  ///< see Backend::take(); empty: none, or let go
+  std::uint64_t done = 0;           ///< elements that are measured, the first ones
+};
+
+/// Samples under way, of which not every pixel has all: no part of the picture yet.
+struct Slice {
+  int replicate = -1;        ///< whose; -1: there is no slice
+  IndexRange samples{0, 0};  ///< of the replicate
+  std::uint64_t pixels = 0;  ///< that have them all, the first ones
+  FilmTallies film;
+  Account gathered;
+};
+
 struct Partial {
   Frame frame;
   std::vector<Replicate> replicates;  ///< [frame.replicates]
   FilmTallies film;                   ///< of all replicates; no pixels: no samples yet
   std::uint64_t matter_hash = 0;      ///< of MatterPass::matter; 0: not all is measured
-
-  // What is measured, in order:
-  std::vector<std::int64_t> matter;  ///< [frame.cells] MatterPass::matter; empty: none, or let go
-  std::uint64_t matter_cells = 0;    ///< the first of the cells of `matter`, which are measured
-  std::vector<float> depth;          ///< see DepthPass::depth; empty: none
-  std::uint64_t depth_pixels = 0;    ///< the first of the pixels of `depth`
-
-  // Samples under way, of which not every pixel has all: no part of the picture yet.
-  int slice_replicate = -1;        ///< whose; -1: none
-  IndexRange slice{0, 0};          ///< which samples
-  std::uint64_t slice_pixels = 0;  ///< the first of the pixels that have them all
-  FilmTallies slice_film;
-  Account slice_gathered;
+  measurement::Each<Measured> measured;
+  Slice slice;
 
   /// Those that count: which have samples, or all where none has. Photons whose light nobody has
   /// read yet are no part of a picture.
@@ -110,7 +116,7 @@ struct Partial {
   Ranges photons() const;    ///< of those
   Ranges samples() const;    ///< the same
   bool is_complete() const;  ///< whether it is the whole result
-  bool has_depth() const { return depth_pixels == frame.pixels(); }
+  bool has(measurement::Id id) const { return measured[id].done == frame.count(id); }
 };
 
 /// \return what counts, without the light of photons where it has been read, and without the

@@ -68,7 +68,8 @@ struct Hashes {
 };
 
 struct PassSeconds {
-  double bounds = 0, photons = 0, matter = 0, pixels = 0, depth = 0;
+  double bounds = 0, photons = 0, pixels = 0;
+  measurement::Each<double> measured{};
 };
 
 struct RenderResult {
