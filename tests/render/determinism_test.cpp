@@ -103,6 +103,12 @@ TEST(Determinism, split_ranges_add_up_to_the_whole) {
   parts->shoot({1, 1234});
   parts->measure(measurement::scattering, {77, cells});
   parts->measure(measurement::scattering, {0, 77});
+  whole->measure(measurement::depth, {0, pixels});
+  parts->measure(measurement::depth, {7, pixels});  // two pixels share a word
+  std::vector<std::int64_t> depth = parts->take(measurement::depth);
+  parts->measure(measurement::depth, {0, 7});
+  add_to(depth, parts->take(measurement::depth));
+  EXPECT_EQ(depth, whole->take(measurement::depth));
 
   Account shot = whole->take_account(), summed = parts->take_account();
   EXPECT_EQ(std::memcmp(&shot, &summed, sizeof shot), 0);
