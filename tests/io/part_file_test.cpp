@@ -7,6 +7,7 @@
 
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -81,7 +82,9 @@ std::string refusal(const std::string& bytes, std::uint64_t most = much,
 TEST_F(PartFile, of_a_render_that_was_left_at_once_is_whole) {
   const Scene scene = quick();
   RenderOptions options;
-  options.pause = [] { return true; };  // a signal that was sooner than the first cell
+  std::atomic<bool> has_bounds = false;  // then comes a signal, sooner than the first cell
+  options.progress = [&](const Progress& p) { has_bounds = std::string(p.pass) != "bounds"; };
+  options.stop = [&] { return has_bounds.load(); };
   options.go_on = [](Renderer&, Moment) { return false; };
   const auto backend = make_cpu_backend(1);
   Renderer renderer(scene, *backend, options);

@@ -450,7 +450,9 @@ TEST(Parts, a_pause_ends_a_batch_and_changes_nothing) {
   std::atomic<int> asked = 0;
   RenderOptions options;
   options.batch = 1 << 20;  // all at once
-  options.pause = [&] { return ++asked > 40; };
+  std::atomic<bool> has_bounds = false;
+  options.progress = [&](const Progress& p) { has_bounds = std::string(p.pass) != "bounds"; };
+  options.stop = [&] { return has_bounds && ++asked > 40; };
   options.go_on = [](Renderer&, Moment) { return false; };
   Partial part;
   {

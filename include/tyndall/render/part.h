@@ -98,8 +98,8 @@ struct Slice {
   int replicate = -1;        ///< whose; -1: there is no slice
   IndexRange samples{0, 0};  ///< of the replicate
   std::uint64_t pixels = 0;  ///< that have them all, the first ones
-  FilmTallies film;
-  Account gathered;
+  FilmTallies film{};
+  Account gathered{};
 };
 
 struct Partial {
@@ -110,6 +110,8 @@ struct Partial {
   measurement::Each<Measured> measured;
   Slice slice;
 
+  Replicate& replicate(int r) { return replicates[static_cast<std::size_t>(r)]; }
+  const Replicate& replicate(int r) const { return replicates[static_cast<std::size_t>(r)]; }
   /// Those that count: which have samples, or all where none has. Photons whose light nobody has
   /// read yet are no part of a picture.
   std::vector<const Replicate*> counted() const;
