@@ -225,7 +225,7 @@ class CudaBackend final : public Backend {
   const PreparedScene* scene_ = nullptr;
   Interrupts interrupts_;
   AnyMedium medium_;  // its arrays on the device
-  Camera camera_;     // the same
+  Camera camera_;     // its arrays on the device
   Lights lights_;
   IlluminationCells cells_;
   DirectLights direct_lights_;

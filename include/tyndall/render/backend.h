@@ -1,7 +1,7 @@
 /// \file
 /// What runs the passes: the CPU's threads or a CUDA device. A backend owns the tallies while it
 /// works; all of them are integers, so any split of the ranges over calls and backends adds up to
-/// the same.
+/// equal sums.
 #pragma once
 
 #include <cstdint>
@@ -42,7 +42,7 @@ class Backend {
   virtual std::string name() const = 0;
   /// Of the host, for what is prepared there.
   virtual int threads() const = 0;
-  /// Of each noise, for the same: see NoiseTable.
+  /// Points of the table of each noise, which the host prepares: see NoiseTable.
   virtual double table_points() const = 0;
   /// Indices of a pass in the first call, which nobody has timed yet: as many as keep it busy.
   virtual std::uint64_t first_batch() const { return 1024; }
@@ -71,7 +71,7 @@ class Backend {
   /// Takes the grid that gather() reads; empty for none.
   virtual void illuminate(const std::vector<float>& numerator,
                           const std::vector<float>& denominator) = 0;
-  /// The same with the light that take_illumination() gave last, of photons of `photon_power` [W].
+  /// Takes the light that take_illumination() gave last, of photons of `photon_power` [W].
   /// \return false where that is not at hand any more: nothing is changed.
   virtual bool illuminate_with_taken(double photon_power, const std::vector<float>& denominator) {
     static_cast<void>(photon_power), static_cast<void>(denominator);

@@ -58,10 +58,10 @@ struct Frame {
   double shot_power = 0;                                     ///< [W] of all photons together
   double unshot_power[3] = {};                               ///< see RenderResult
   std::uint64_t cells = 0;                                   ///< of the grid; 0: there is none
-  std::uint64_t light_words = 0;        ///< of a replicate's light; 0: the same
-  Detectors detectors;                  ///< without memory
-  double longest_path = 0;              ///< [length] of its histogram
-  std::vector<std::string> warnings;    ///< about the scene
+  std::uint64_t light_words = 0;                             ///< of a replicate's light; 0: no grid
+  Detectors detectors;                                       ///< without memory
+  double longest_path = 0;                                   ///< [length] of its histogram
+  std::vector<std::string> warnings;                         ///< about the scene
   std::vector<std::string> dim_lights;  ///< names for the warning about unlit replicates
                                         ///< them
 
@@ -116,13 +116,13 @@ struct Partial {
   /// read yet are no part of a picture.
   std::vector<const Replicate*> counted() const;
   Ranges photons() const;    ///< of those
-  Ranges samples() const;    ///< the same
+  Ranges samples() const;    ///< of those
   bool is_complete() const;  ///< whether it is the whole result
   bool has(measurement::Id id) const { return measured[id].done == frame.count(id); }
 };
 
 /// \return what counts, without the light of photons where it has been read, and without the
-/// matter: a part that others can be merged with, but not gone on from.
+/// scattering coefficient: others can be merged with it, but no render goes on from it.
 Partial without_light(Partial part);
 
 /// Adds `count` values up, modulo 2^64: those of a damaged part may be any.
@@ -132,7 +132,7 @@ void add_to(std::vector<std::int64_t>& sums, std::vector<std::int64_t>&& more);
 void add_to(FilmTallies& sums, FilmTallies&& more);
 
 /// \return photons that both have, in replicates of which neither has samples: two parts that were
-/// shot twice. (Parts with samples may share the photons that these read.)
+/// shot twice. (Samples of both may have read the same photons.)
 Ranges shot_twice(const Partial& a, const Partial& b);
 
 /// Takes up what `other` has. \throws Error(input_missing) where both have the same photons or
@@ -145,13 +145,13 @@ std::uint64_t light_hash(const Replicate& replicate);
 /// \return a hash of the tallies.
 std::uint64_t hash_tallies(const Partial& part);
 
-/// \return how many replicates have samples, but hardly any photons that met matter or a ground,
+/// \return how many replicates have samples, but hardly any photons that hit medium or ground,
 /// although the camera's paths did: the light that they lack is no noise that their spread shows.
 int unlit_replicates(const Partial& part);
 
 /// Standard error of the picture's mean luminance over mean, root of mean square over the pixels
-/// that met matter: noise, not bias. \return infinity where fewer than two replicates have samples,
-/// or where one of them is unlit.
+/// that hit the medium: noise, not bias. \return infinity where fewer than two replicates have
+/// samples, or where one of them is unlit.
 double relative_noise(const Partial& part);
 
 /// Whether that is below `limit`: the one place where noise ends a render. The spread of few
