@@ -9,10 +9,10 @@
 #include "run_pass.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/error.h"
+#include "tyndall/render/measurement_pass.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/prepare.h"
 #include "tyndall/render/render.h"
-#include "tyndall/transport/depth.h"
 #include "tyndall/transport/lane.h"
 #include "tyndall/transport/schedule.h"
 
@@ -88,9 +88,9 @@ class CudaBackend final : public Backend {
     // Now, not once the photons are shot: too little memory is found out before.
     numerator_.renew(scene.has_grid ? words : 0);
     denominator_.renew(scene.has_grid ? scene.cells.count() : 0);
-    matter_.renew(scene.cells.count());
+    for (const measurement::Id id : measurement::ids)
+      measured_[id].renew(measurement::word_count(id, scene));
     detectors_.renew(3 * scene.detectors.count());
-    depth_.renew(scene.pixels());
     accounts_.renew(account_count);
     pixels_.renew(scene.pixels());
     groups_.renew(scene.pixels() * scene.groups.size() * 3);
@@ -109,30 +109,26 @@ class CudaBackend final : public Backend {
     Detectors detectors = scene_->detectors;
     if (detectors_.size() > 0) detectors.sums = detectors_.data();
     return visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      return run_pass(ShootPass<Medium, Sampler>{medium, sampler, lights_, scene_->seed,
-                                                 IlluminationTally{cells_, illumination_.data()},
-                                                 accounts(), detectors},
-                      photons, interrupts_, scratch_);
+      const ShootPass<Medium, Sampler> pass{
+          .medium = medium,
+          .sampler = sampler,
+          .lights = lights_,
+          .seed = scene_->seed,
+          .illumination = {cells_, illumination_.data()},
+          .accounts = accounts(),
+          .detectors = detectors,
+      };
+      return run_pass(pass, photons, interrupts_, scratch_);
     });
   }
 
-  std::uint64_t measure_matter(IndexRange cells) override {
+  std::uint64_t measure(measurement::Id id, IndexRange elements) override {
     select();
     return std::visit(
-        [&]<class Medium>(const Medium& medium) {
-          return run_pass(MatterPass<Medium>{medium, scene_->seed, cells_, scene_->cell_size,
-                                             scene_->strata, scene_->matter_scale, matter_.data()},
-                          cells, interrupts_, scratch_);
-        },
-        medium_);
-  }
-
-  std::uint64_t measure_depth(IndexRange pixels) override {
-    select();
-    return std::visit(
-        [&]<class Medium>(const Medium& medium) {
-          return run_pass(DepthPass<Medium>{medium, camera_, depth_.data()}, pixels, interrupts_,
-                          scratch_);
+        [&](const auto& medium) {
+          return measurement::run_pass_of(
+              id, *scene_, medium, cells_, camera_, measured_[id].data(),
+              [&](const auto& pass) { return run_pass(pass, elements, interrupts_, scratch_); });
         },
         medium_);
   }
@@ -144,8 +140,7 @@ class CudaBackend final : public Backend {
     is_taken_ = true;
     return illumination_.read();
   }
-  std::vector<std::int64_t> take_matter() override { return take(matter_); }
-  std::vector<float> take_depth() override { return take(depth_); }
+  std::vector<std::int64_t> take(measurement::Id id) override { return take(measured_[id]); }
   std::vector<std::int64_t> take_detectors() override { return take(detectors_); }
 
   Account take_account() override {
@@ -177,18 +172,23 @@ class CudaBackend final : public Backend {
   std::uint64_t gather(IndexRange pixels, SampleRange samples) override {
     select();
     return visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      return run_pass(
-                 GatherPass<Medium, Sampler>{
-                     medium, sampler, camera_, field_, direct_lights_, scene_->background,
-                     scene_->bounces, scene_->is_apart, scene_->gather_seed, samples,
-                     Film{scene_->film_width, scene_->film_height, scene_->film_unit,
-                          pixels_.data(), clamped_.data(),
-                          scene_->groups.empty() ? nullptr : groups_.data(),
-                          static_cast<int>(scene_->groups.size())},
-                     accounts(), bright_pixels_},
-                 {pixels.begin * samples.count, pixels.end * samples.count}, interrupts_, scratch_,
-                 samples.count)
-             / samples.count;
+      const GatherPass<Medium, Sampler> pass{
+          .medium = medium,
+          .sampler = sampler,
+          .camera = camera_,
+          .illumination = field_,
+          .lights = direct_lights_,
+          .background = scene_->background,
+          .bounces = scene_->bounces,
+          .is_apart = scene_->is_apart,
+          .seed = scene_->gather_seed,
+          .samples = samples,
+          .film = scene_->film(pixels_.data(), clamped_.data(), groups_.data()),
+          .accounts = accounts(),
+          .pixels = bright_pixels_,
+      };
+      const IndexRange paths{pixels.begin * samples.count, pixels.end * samples.count};
+      return run_pass(pass, paths, interrupts_, scratch_, samples.count) / samples.count;
     });
   }
 
@@ -225,15 +225,16 @@ class CudaBackend final : public Backend {
   const PreparedScene* scene_ = nullptr;
   Interrupts interrupts_;
   AnyMedium medium_;  // its arrays on the device
-  Camera camera_;     // the same
+  Camera camera_;     // its arrays on the device
   Lights lights_;
   IlluminationCells cells_;
   DirectLights direct_lights_;
   IlluminationField field_;
   const std::uint32_t* bright_pixels_ = nullptr;
   DeviceArrays arrays_;
-  Buffer<std::int64_t> illumination_, matter_, detectors_, clamped_, groups_;
-  Buffer<float> numerator_, denominator_, depth_;
+  Buffer<std::int64_t> illumination_, detectors_, clamped_, groups_;
+  measurement::Each<Buffer<std::int64_t>> measured_;
+  Buffer<float> numerator_, denominator_;
   Buffer<Account> accounts_;
   Buffer<PixelTally> pixels_;
   Scratch scratch_;

@@ -385,7 +385,8 @@ class Sequence {
     RenderResult result;
     if (!finish_by_light(*loaded, frame, lights_next, result)) return false;
     if (lit_->frame == frame)
-      lit_->seconds = result.seconds.bounds + result.seconds.photons + result.seconds.matter;
+      lit_->seconds = result.seconds.bounds + result.seconds.photons
+                      + result.seconds.measured[measurement::scattering];
     session_.finish(result, file.scene);
     if (arguments_.denoises) io::denoise(result.picture);
     outputs.write(session_.report(*lit_->renderer, result, file, arguments_.scene));

@@ -64,8 +64,9 @@ const Format formats[] = {
      []() -> Writer {
        return [](const io::Run& run, io::OutputFile& file) {
          const Partial& part = run.part;
-         const bool is_light = part.film.pixels.empty() && part.matter.empty();
-         if (is_light && part.slice_replicate < 0) return io::write_part(part, file);  // uncopied
+         const bool is_light =
+             part.film.pixels.empty() && part.measured[measurement::scattering].words.empty();
+         if (is_light && part.slice.replicate < 0) return io::write_part(part, file);  // uncopied
          io::write_part(without_light(part), file);
        };
      }},

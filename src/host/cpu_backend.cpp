@@ -9,10 +9,10 @@
 #include "host/lanes.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/huge_pages.h"
+#include "tyndall/render/measurement_pass.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/render/prepare.h"
 #include "tyndall/render/render.h"
-#include "tyndall/transport/depth.h"
 
 namespace tyndall {
 namespace {
@@ -35,9 +35,8 @@ class CpuBackend final : public Backend {
     illumination_.clear();
     resize_in_huge_pages(illumination_,
                          scene.cells.count() * static_cast<std::size_t>(scene.cells.moments()));
-    matter_.clear();
+    measured_ = {};
     detectors_.assign(3 * scene.detectors.count(), 0);
-    depth_.clear();
     account_ = {};
     clear_film();
   }
@@ -46,40 +45,31 @@ class CpuBackend final : public Backend {
     Detectors detectors = scene_->detectors;
     if (!detectors_.empty()) detectors.sums = detectors_.data();
     return visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
-      const ShootPass<Medium, Sampler> pass{medium,
-                                            sampler,
-                                            scene_->lights(),
-                                            scene_->seed,
-                                            IlluminationTally{scene_->cells, illumination_.data()},
-                                            {nullptr},
-                                            detectors};
+      const ShootPass<Medium, Sampler> pass{
+          .medium = medium,
+          .sampler = sampler,
+          .lights = scene_->lights(),
+          .seed = scene_->seed,
+          .illumination = {scene_->cells, illumination_.data()},
+          .accounts = {},
+          .detectors = detectors,
+      };
       return run_walks(photons, pass);
     });
   }
 
-  std::uint64_t measure_matter(IndexRange cells) override {
-    matter_.resize(scene_->cells.count());
+  std::uint64_t measure(measurement::Id id, IndexRange elements) override {
+    std::vector<std::int64_t>& words = measured_[id];
+    words.resize(measurement::word_count(id, *scene_));
+    const auto run_pass = [&](const auto& pass) {
+      return parallel_for_until(
+          pause_, elements.begin, elements.end, 64, threads_,
+          [&](std::uint64_t begin, std::uint64_t end) { run(pass, begin, end); });
+    };
     return std::visit(
-        [&]<class Medium>(const Medium& medium) {
-          const MatterPass<Medium> pass{
-              medium,         scene_->seed,         scene_->cells, scene_->cell_size,
-              scene_->strata, scene_->matter_scale, matter_.data()};
-          return parallel_for_until(pause_, cells.begin, cells.end, 64, threads_,
-                                    [&](std::uint64_t begin, std::uint64_t end) {
-                                      run_lanes(pass, begin, end, stop_, instruction_set_);
-                                    });
-        },
-        scene_->medium);
-  }
-
-  std::uint64_t measure_depth(IndexRange pixels) override {
-    if (depth_.empty()) depth_.assign(scene_->pixels(), no_depth);
-    return std::visit(
-        [&]<class Medium>(const Medium& medium) {
-          const DepthPass<Medium> pass{medium, scene_->camera, depth_.data()};
-          return parallel_for_until(
-              pause_, pixels.begin, pixels.end, 64, threads_,
-              [&](std::uint64_t begin, std::uint64_t end) { run(pass, begin, end); });
+        [&](const auto& medium) {
+          return measurement::run_pass_of(id, *scene_, medium, scene_->cells, scene_->camera,
+                                          words.data(), run_pass);
         },
         scene_->medium);
   }
@@ -89,14 +79,10 @@ class CpuBackend final : public Backend {
     resize_in_huge_pages(empty, illumination_.size());
     return std::exchange(illumination_, std::move(empty));
   }
-  // These two are taken once, as a rule, and their memory with them.
-  std::vector<std::int64_t> take_matter() override {
-    matter_.resize(scene_->cells.count());
-    return std::exchange(matter_, {});
-  }
-  std::vector<float> take_depth() override {
-    if (depth_.empty()) depth_.assign(scene_->pixels(), no_depth);
-    return std::exchange(depth_, {});
+  // Measurements are taken once, as a rule, and their memory with them.
+  std::vector<std::int64_t> take(measurement::Id id) override {
+    measured_[id].resize(measurement::word_count(id, *scene_));
+    return std::exchange(measured_[id], {});
   }
   std::vector<std::int64_t> take_detectors() override {
     std::vector<std::int64_t> empty(detectors_.size(), 0);
@@ -112,22 +98,20 @@ class CpuBackend final : public Backend {
   std::uint64_t gather(IndexRange pixels, SampleRange samples) override {
     return visit([&]<class Medium, class Sampler>(const Medium& medium, const Sampler& sampler) {
       const GatherPass<Medium, Sampler> pass{
-          medium,
-          sampler,
-          scene_->camera,
-          field_,
-          DirectLights{scene_->direct_lights.data(),
-                       static_cast<int>(scene_->direct_lights.size())},
-          scene_->background,
-          scene_->bounces,
-          scene_->is_apart,
-          scene_->gather_seed,
-          samples,
-          Film{scene_->film_width, scene_->film_height, scene_->film_unit, film_.pixels.data(),
-               &film_.clamped, film_.groups.empty() ? nullptr : film_.groups.data(),
-               static_cast<int>(scene_->groups.size())},
-          {nullptr},
-          scene_->bright_pixels.empty() ? nullptr : scene_->bright_pixels.data()};
+          .medium = medium,
+          .sampler = sampler,
+          .camera = scene_->camera,
+          .illumination = field_,
+          .lights = {scene_->direct_lights.data(), static_cast<int>(scene_->direct_lights.size())},
+          .background = scene_->background,
+          .bounces = scene_->bounces,
+          .is_apart = scene_->is_apart,
+          .seed = scene_->gather_seed,
+          .samples = samples,
+          .film = scene_->film(film_.pixels.data(), &film_.clamped, film_.groups.data()),
+          .accounts = {},
+          .pixels = scene_->bright_pixels.empty() ? nullptr : scene_->bright_pixels.data(),
+      };
       return run_walks({pixels.begin * samples.count, pixels.end * samples.count}, pass,
                        samples.count)
              / samples.count;
@@ -200,6 +184,10 @@ class CpuBackend final : public Backend {
   template <class Pass>
   void run_side_by_side(const Pass&, std::uint64_t, std::uint64_t) const {}
 
+  template <class Medium>
+  void run(const MatterPass<Medium>& pass, std::uint64_t begin, std::uint64_t end) const {
+    run_lanes(pass, begin, end, stop_, instruction_set_);
+  }
   template <class Pass>
   void run(const Pass& pass, std::uint64_t begin, std::uint64_t end) const {
     for (std::uint64_t index = begin; index < end; ++index) {
@@ -212,8 +200,8 @@ class CpuBackend final : public Backend {
   std::string instruction_set_;
   const PreparedScene* scene_ = nullptr;
   Stop stop_, pause_;
-  std::vector<std::int64_t> illumination_, matter_, detectors_;
-  std::vector<float> depth_;
+  std::vector<std::int64_t> illumination_, detectors_;
+  measurement::Each<std::vector<std::int64_t>> measured_;
   Account account_;
   IlluminationField field_;
   FilmTallies film_;

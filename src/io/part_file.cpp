@@ -150,9 +150,11 @@ void for_each_value(P& part, Each& each) {
       f.cells, f.light_words, f.longest_path, f.warnings, f.dim_lights);
   auto& d = f.detectors;
   all(d.flux_u, d.flux_v, d.lengths, d.scatterings, d.angles, d.nx, d.ny, d.nz);
-  all(part.matter_hash, part.matter_cells, part.depth_pixels, part.film.clamped,
-      part.slice_replicate, part.slice, part.slice_pixels, part.slice_film.clamped,
-      part.slice_gathered);
+  all(part.matter_hash);
+  for (auto& measured : part.measured) all(measured.done);
+  auto& slice = part.slice;
+  all(part.film.clamped, slice.replicate, slice.samples, slice.pixels, slice.film.clamped,
+      slice.gathered);
   if constexpr (!std::is_const_v<P>) {
     if (f.replicates < 1 || f.replicates > most_replicates) throw Malformed{};
     part.replicates.resize(static_cast<std::size_t>(f.replicates));
@@ -160,10 +162,13 @@ void for_each_value(P& part, Each& each) {
   for (auto& r : part.replicates) all(r.photons, r.shot, r.light_hash, r.samples, r.gathered);
 }
 
-/// Large arrays: name, vector, and how many values it has where it has any.
+/// Large arrays: name, vector, how many elements it has where it has any, and their size [byte].
 template <class P, class Each>
-void for_each_array(P& part, const Each& each) {
+void for_each_array(P& part, const Each& each_array) {
   const Frame& f = part.frame;
+  const auto each = [&](const std::string& name, auto& array, std::uint64_t count) {
+    each_array(name, array, count, sizeof array[0]);
+  };
   const std::uint64_t pixels = f.pixels(), groups = 3 * pixels * f.groups.size();
   for (std::size_t i = 0; i < part.replicates.size(); ++i) {
     auto& r = part.replicates[i];
@@ -173,10 +178,12 @@ void for_each_array(P& part, const Each& each) {
   }
   each("film", part.film.pixels, pixels);
   each("groups", part.film.groups, groups);
-  each("slice", part.slice_film.pixels, pixels);
-  each("slice groups", part.slice_film.groups, groups);
-  each("matter", part.matter, f.cells);
-  each("depth", part.depth, pixels);
+  each("slice", part.slice.film.pixels, pixels);
+  each("slice groups", part.slice.film.groups, groups);
+  for (std::size_t m = 0; m < part.measured.size(); ++m) {
+    const measurement::Row& row = measurement::rows[m];
+    each_array(row.name, part.measured[m].words, f.count(m), row.element);
+  }
 }
 
 void write_chunk(const std::string& name, std::string_view raw, OutputFile& file) {
@@ -262,8 +269,9 @@ bool is_sound(const Partial& part) {
   if (f.groups.size() > 4096) return false;
   if (f.light_words > std::uint64_t{1} << 40 || f.cells > f.light_words || f.samples == 0)
     return false;
-  if (part.matter_cells > f.cells || part.depth_pixels > f.pixels()) return false;
-  if (part.slice_replicate >= f.replicates || part.slice_pixels > f.pixels()) return false;
+  for (std::size_t m = 0; m < part.measured.size(); ++m)
+    if (part.measured[m].done > f.count(m)) return false;
+  if (part.slice.replicate >= f.replicates || part.slice.pixels > f.pixels()) return false;
   for (int i = 0; i < f.replicates; ++i) {
     const Replicate& r = part.replicates[static_cast<std::size_t>(i)];
     const auto within = [](const Ranges& ranges, IndexRange all) {
@@ -285,10 +293,10 @@ bool is_whole(const Partial& part) {
   const auto has_groups = [&](const FilmTallies& film) {
     return film.groups.empty() == (film.pixels.empty() || part.frame.groups.empty());
   };
-  if (part.matter.empty() != (part.matter_cells == 0)) return false;
-  if (part.depth.empty() != (part.depth_pixels == 0)) return false;
+  for (const Measured& measured : part.measured)
+    if (measured.words.empty() != (measured.done == 0)) return false;
   return has_samples != part.film.pixels.empty() && has_groups(part.film)
-         && has_groups(part.slice_film);
+         && has_groups(part.slice.film);
 }
 
 }  // namespace
@@ -299,9 +307,10 @@ void write_part(const Partial& part, OutputFile& file) {
   Packer values;
   for_each_value(part, values);
   write_chunk("part", values.bytes(), file);
-  for_each_array(part, [&](const std::string& name, const auto& array, std::uint64_t) {
+  for_each_array(part, [&](const std::string& name, const auto& array, std::uint64_t count,
+                           std::size_t element) {
     std::string_view bytes(reinterpret_cast<const char*>(array.data()),
-                           array.size() * sizeof array[0]);
+                           array.empty() ? 0 : count * element);
     for (; !bytes.empty(); bytes.remove_prefix(std::min(bytes.size(), most_in_chunk)))
       write_chunk(name, bytes.substr(0, most_in_chunk), file);
   });
@@ -322,20 +331,22 @@ Partial parse_part(std::string_view bytes, const std::string& name, std::uint64_
   }
   std::uint64_t left = most_bytes;
   std::string next = chunks.next(raw);
-  for_each_array(part, [&](const std::string& array_name, auto& array, std::uint64_t count) {
+  for_each_array(part, [&](const std::string& array_name, auto& array, std::uint64_t count,
+                           std::size_t element) {
     if (next != array_name) return;
-    constexpr std::size_t element = sizeof array[0];
     if (count > left / element) {
       throw Error(
           ExitCode::out_of_memory,
           fmt::format("{}: its {} takes {:.3g} GiB more memory than there is", name, array_name,
-                      (static_cast<double>(count) * element - static_cast<double>(left)) / 0x1p30));
+                      (static_cast<double>(count) * static_cast<double>(element)
+                       - static_cast<double>(left))
+                          / 0x1p30));
     }
     left -= count * element;
     std::uint64_t filled = 0;
     for (; next == array_name; next = chunks.next(raw)) {
       if (raw.size() > count * element - filled) chunks.damaged("it has too many values");
-      if (filled == 0) array.resize(count);
+      if (filled == 0) array.resize((count * element + sizeof array[0] - 1) / sizeof array[0]);
       std::memcpy(reinterpret_cast<char*>(array.data()) + filled, raw.data(), raw.size());
       filled += raw.size();
     }

@@ -239,10 +239,11 @@ std::string report_json(const Run& run) {
   facts.insert(facts.end(), {{"scene", run.scene_path, true},
                              {"device", run.device, true},
                              {"seconds.bounds", number(seconds.bounds)},
-                             {"seconds.photons", number(seconds.photons)},
-                             {"seconds.matter", number(seconds.matter)},
-                             {"seconds.depth", number(seconds.depth)},
-                             {"seconds.pixels", number(seconds.pixels)},
+                             {"seconds.photons", number(seconds.photons)}});
+  for (const measurement::Id id : measurement::ids)
+    facts.push_back(
+        {fmt::format("seconds.{}", measurement::rows[id].name), number(seconds.measured[id])});
+  facts.insert(facts.end(), {{"seconds.pixels", number(seconds.pixels)},
                              {"photons_per_second", number(photons_per_second(run.result))},
                              {"samples_per_second", number(samples_per_second(run.result))}});
   std::vector<std::string> volumes;
@@ -272,8 +273,9 @@ std::string report_lines(const Run& run) {
   lines += fmt::format(
       "time     bounds {:.2f} s, photons {:.2f} s{}, matter {:.2f} s, pixels {:.2f} s ({} "
       "samples/s), depth {:.2f} s\n",
-      seconds.bounds, seconds.photons, speed, seconds.matter, seconds.pixels,
-      short_number(samples_per_second(result)), seconds.depth);
+      seconds.bounds, seconds.photons, speed, seconds.measured[measurement::scattering],
+      seconds.pixels, short_number(samples_per_second(result)),
+      seconds.measured[measurement::depth]);
   if (!result.limit.empty()) {
     const std::string noise =
         std::isfinite(result.noise) ? fmt::format("; noise {:.3g}", result.noise) : "";

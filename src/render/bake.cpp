@@ -232,7 +232,8 @@ BakedLight bake(Renderer& renderer, const Scene& whole) {
   }
   std::vector<float> numerator;
   read_out_light(sums, scene.shot_power / static_cast<double>(photons), numerator);
-  const std::vector<float> denominator = smoothed(cells, read_out_matter(scene, part.matter));
+  const std::vector<float> denominator =
+      smoothed(cells, read_out_matter(scene, part.measured[measurement::scattering].words));
 
   BakedLight out;
   out.size = {cells.nx, cells.ny, cells.nz};

@@ -20,7 +20,7 @@ namespace {
 class CombinedBackend final : public Backend {
  public:
   explicit CombinedBackend(std::vector<std::unique_ptr<Backend>> backends)
-      : backends_(std::move(backends)), has_depth_(backends_.size()) {}
+      : backends_(std::move(backends)) {}
 
   std::string name() const override {
     std::string names;
@@ -34,7 +34,6 @@ class CombinedBackend final : public Backend {
 
   void load(const PreparedScene& scene, const Stop& stop, const Stop& pause) override {
     pause_ = pause;
-    has_depth_.assign(backends_.size(), {});
     // One that fails ends the work of all.
     const Stop any = [this, stop] { return has_failed_ || (stop && stop()); };
     each([&](std::size_t b) { backends_[b]->load(scene, any); });
@@ -42,15 +41,9 @@ class CombinedBackend final : public Backend {
   std::uint64_t shoot(IndexRange photons) override {
     return deal(photons, [&](std::size_t b, IndexRange chunk) { backends_[b]->shoot(chunk); });
   }
-  std::uint64_t measure_matter(IndexRange cells) override {
-    return deal(cells,
-                [&](std::size_t b, IndexRange chunk) { backends_[b]->measure_matter(chunk); });
-  }
-  std::uint64_t measure_depth(IndexRange pixels) override {
-    return deal(pixels, [&](std::size_t b, IndexRange chunk) {
-      backends_[b]->measure_depth(chunk);
-      has_depth_[b].add(chunk);
-    });
+  std::uint64_t measure(measurement::Id id, IndexRange elements) override {
+    return deal(elements,
+                [&](std::size_t b, IndexRange chunk) { backends_[b]->measure(id, chunk); });
   }
   std::uint64_t gather(IndexRange pixels, SampleRange samples) override {
     return deal(
@@ -62,22 +55,14 @@ class CombinedBackend final : public Backend {
     each([&](std::size_t b) { backends_[b]->illuminate(numerator, denominator); });
   }
 
-  std::vector<std::int64_t> take_matter() override { return add_up(&Backend::take_matter); }
-  std::vector<std::int64_t> take_illumination() override {
-    return add_up(&Backend::take_illumination);
+  std::vector<std::int64_t> take(measurement::Id id) override {
+    return add_up([&](Backend& backend) { return backend.take(id); });
   }
-  std::vector<std::int64_t> take_detectors() override { return add_up(&Backend::take_detectors); }
-  std::vector<float> take_depth() override {
-    std::vector<float> depth;
-    for (std::size_t b = 0; b < backends_.size(); ++b) {
-      const Ranges done = std::exchange(has_depth_[b], {});
-      if (done.empty()) continue;
-      const std::vector<float> own = backends_[b]->take_depth();
-      depth.resize(own.size());
-      for (const IndexRange& range : done.list())
-        for (std::uint64_t i = range.begin; i < range.end; ++i) depth[i] = own[i];
-    }
-    return depth;
+  std::vector<std::int64_t> take_illumination() override {
+    return add_up([](Backend& backend) { return backend.take_illumination(); });
+  }
+  std::vector<std::int64_t> take_detectors() override {
+    return add_up([](Backend& backend) { return backend.take_detectors(); });
   }
   Account take_account() override {
     Account sum;
@@ -138,14 +123,14 @@ class CombinedBackend final : public Backend {
 
   std::uint64_t least_walks() const { return std::min(backends_[0]->first_batch(), least_chunk); }
 
-  std::vector<std::int64_t> add_up(std::vector<std::int64_t> (Backend::*take)()) {
+  template <class Take>
+  std::vector<std::int64_t> add_up(const Take& take) {
     std::vector<std::int64_t> sum;
-    for (const auto& backend : backends_) add_to(sum, (backend.get()->*take)());
+    for (const auto& backend : backends_) add_to(sum, take(*backend));
     return sum;
   }
 
   const std::vector<std::unique_ptr<Backend>> backends_;
-  std::vector<Ranges> has_depth_;  // which pixels each has measured
   std::atomic<bool> has_failed_ = false;
   Stop pause_;
 };

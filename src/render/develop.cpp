@@ -59,7 +59,11 @@ class Development {
         return radiance(part_.film.groups[(i * groups + g) * 3 + c]);
       });
     }
-    if (part_.has_depth()) picture.layers.push_back({"depth", "Z", part_.depth});
+    if (part_.has(measurement::depth)) {
+      picture.layers.push_back(
+          {"depth", "Z",
+           measurement::elements<float>(part_.measured[measurement::depth].words, frame.pixels())});
+    }
     picture.layers.push_back(
         {"samples", "Y", std::vector<float>(pixels_.size(), static_cast<float>(samples_))});
     return picture;

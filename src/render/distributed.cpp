@@ -21,11 +21,9 @@ enum class Order : std::uint64_t {
   quit,
   load,
   shoot,
-  measure_matter,
-  measure_depth,
+  measure,
   gather,
-  take_matter,
-  take_depth,
+  take,
   take_illumination,
   take_detectors,
   take_account,
@@ -40,6 +38,7 @@ struct Command {
   SampleRange samples{};
   std::uint64_t first_ticket = 0, chunk = 1;  ///< of `range`
   std::uint64_t sizes[2] = {};                ///< of what illuminate() takes
+  measurement::Id measurement{};
 };
 
 /// One rank's part of every command. Work is dealt out by tickets, one for each chunk of a range;
@@ -53,7 +52,6 @@ class Rank {
   /// \return at rank 0: how many ranks read another scene.
   std::int64_t load(const PreparedScene& scene, const Stop& stop) {
     local_.load(scene, stop);
-    depth_done_ = {};
     // A file that differs from machine to machine would be mixed into one picture.
     std::uint64_t first = scene.hash;
     ranks_.broadcast(&first, sizeof first);
@@ -75,12 +73,8 @@ class Rank {
         case Order::shoot:
           local_.shoot(chunk);
           break;
-        case Order::measure_matter:
-          local_.measure_matter(chunk);
-          break;
-        case Order::measure_depth:
-          local_.measure_depth(chunk);
-          depth_done_.add(chunk);
+        case Order::measure:
+          local_.measure(command.measurement, chunk);
           break;
         default:
           local_.gather(chunk, command.samples);
@@ -94,19 +88,6 @@ class Rank {
     ranks_.add_up(values.data(), values.size());
     count(8 * values.size(), start);
     return values;
-  }
-
-  /// Bits of depths, of which every rank has some: the others' are 0 there.
-  std::vector<float> add_up_depth() {
-    const std::vector<float> mine = local_.take_depth();
-    std::vector<std::int64_t> bits(mine.size());
-    const Ranges done = std::exchange(depth_done_, {});
-    for (const IndexRange& range : done.list())
-      for (std::uint64_t i = range.begin; i < range.end; ++i) bits[i] = float_bits(mine[i]);
-    bits = add_up(std::move(bits));
-    std::vector<float> depth;
-    for (const std::int64_t b : bits) depth.push_back(bits_float(static_cast<std::uint32_t>(b)));
-    return depth;
   }
 
   Account add_up_account() {
@@ -149,7 +130,6 @@ class Rank {
   Backend& local_;
   Communicator& ranks_;
   Traffic* const traffic_;
-  Ranges depth_done_;
   std::uint64_t ticket_ = 0;
   bool has_ticket_ = false;  // of a range to come
 };
@@ -177,23 +157,18 @@ class DistributedBackend final : public Backend {
                       others, rank_.ranks().size()));
     }
   }
-  std::uint64_t shoot(IndexRange photons) override { return work(Order::shoot, photons); }
-  std::uint64_t measure_matter(IndexRange cells) override {
-    return work(Order::measure_matter, cells);
+  std::uint64_t shoot(IndexRange photons) override {
+    return work({.order = Order::shoot, .range = photons});
   }
-  std::uint64_t measure_depth(IndexRange pixels) override {
-    return work(Order::measure_depth, pixels);
+  std::uint64_t measure(measurement::Id id, IndexRange elements) override {
+    return work({.order = Order::measure, .range = elements, .measurement = id});
   }
   std::uint64_t gather(IndexRange pixels, SampleRange samples) override {
-    return work(Order::gather, pixels, samples);
+    return work({.order = Order::gather, .range = pixels, .samples = samples});
   }
-  std::vector<std::int64_t> take_matter() override {
-    const Step step(*this, {Order::take_matter});
-    return rank_.add_up(rank_.local().take_matter());
-  }
-  std::vector<float> take_depth() override {
-    const Step step(*this, {Order::take_depth});
-    return rank_.add_up_depth();
+  std::vector<std::int64_t> take(measurement::Id id) override {
+    const Step step(*this, {.order = Order::take, .measurement = id});
+    return rank_.add_up(rank_.local().take(id));
   }
   std::vector<std::int64_t> take_illumination() override {
     const Step step(*this, {Order::take_illumination});
@@ -249,10 +224,11 @@ class DistributedBackend final : public Backend {
   }
 
   /// All of it: nobody tells the others to pause.
-  std::uint64_t work(Order order, IndexRange range, SampleRange samples = {}) {
+  std::uint64_t work(Command command) {
+    const IndexRange& range = command.range;
     if (range.begin >= range.end) return range.end;
     const auto shares = 2 * static_cast<std::uint64_t>(rank_.ranks().size());
-    Command command{order, range, samples, next_ticket_, 1, {}};
+    command.first_ticket = next_ticket_;
     command.chunk = std::max<std::uint64_t>((range.end - range.begin) / shares, 1);
     next_ticket_ += (range.end - range.begin + command.chunk - 1) / command.chunk;
     const Step step(*this, command);
@@ -295,16 +271,12 @@ void serve(const ResolvedScene& scene, Backend& local, Communicator& ranks) {
         rank.load(prepared, {});
         break;
       case Order::shoot:
-      case Order::measure_matter:
-      case Order::measure_depth:
+      case Order::measure:
       case Order::gather:
         rank.work(command);
         break;
-      case Order::take_matter:
-        rank.add_up(local.take_matter());
-        break;
-      case Order::take_depth:
-        rank.add_up_depth();
+      case Order::take:
+        rank.add_up(local.take(command.measurement));
         break;
       case Order::take_illumination:
         rank.add_up(local.take_illumination());

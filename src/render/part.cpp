@@ -220,13 +220,8 @@ bool Partial::is_complete() const {
 }
 
 Partial without_light(Partial part) {
-  part.slice_replicate = -1;
-  part.slice = {0, 0};
-  part.slice_pixels = 0;
-  part.slice_film = {};
-  part.slice_gathered = {};
-  part.matter = {};
-  part.matter_cells = 0;
+  part.slice = {};
+  part.measured[measurement::scattering] = {};
   if (part.film.pixels.empty()) return part;
   for (Replicate& r : part.replicates) {
     if (r.samples.empty()) r = {};
@@ -259,14 +254,9 @@ void merge(Partial& part, const std::string& name, Partial other, const std::str
   // No part of the scene's hash, and the same in any order.
   part.frame.exposure = std::max(part.frame.exposure, other.frame.exposure);
   if (part.matter_hash == 0) part.matter_hash = other.matter_hash;
-  if (other.matter_cells > part.matter_cells) {
-    part.matter = std::move(other.matter);
-    part.matter_cells = other.matter_cells;
-  }
-  if (other.depth_pixels > part.depth_pixels) {
-    part.depth = std::move(other.depth);
-    part.depth_pixels = other.depth_pixels;
-  }
+  for (std::size_t m = 0; m < part.measured.size(); ++m)
+    if (other.measured[m].done > part.measured[m].done)
+      part.measured[m] = std::move(other.measured[m]);
 }
 
 std::uint64_t hash_tallies(const Partial& part) {

@@ -1,17 +1,15 @@
 #include "tyndall/render/render.h"
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
-#include <map>
 #include <optional>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "render/account.h"
-#include "render/read_out.h"
-#include "tyndall/base/hash.h"
+#include "render/bookkeeping.h"
+#include "render/plan.h"
+#include "render/run_clock.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/parallel.h"
@@ -19,78 +17,6 @@
 
 namespace tyndall {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
-/// One pass, in parts and batches short enough for a bar that moves.
-class PassRunner {
- public:
-  using Time = Clock::time_point;
-  static constexpr std::uint64_t most = std::uint64_t{1} << 40;  // indices of a batch
-
-  /// \param[out] deadline of the batch under way, for those who work at it
-  PassRunner(const RenderOptions& options, const char* name, std::uint64_t total,
-             const Backend& backend, Time& deadline, std::uint64_t done = 0)
-      : options_(options),
-        name_(name),
-        total_(total),
-        first_(backend.first_batch()),
-        batch_seconds_(backend.batch_seconds()),
-        deadline_(deadline),
-        done_(done),
-        size_(options.batch > 0 ? options.batch : first_) {}
-
-  /// \param pass (IndexRange) -> end of what was done \param go_on asked after each batch
-  /// \param weight of an index \return the end of the last batch: before part.end where go_on said
-  /// no.
-  template <class Pass, class GoOn>
-  std::uint64_t run(IndexRange part, const Pass& pass, const GoOn& go_on,
-                    std::uint64_t weight = 1) {
-    const auto start = Clock::now();
-    std::uint64_t begin = part.begin;
-    while (begin < part.end) {
-      report(done_);
-      const IndexRange batch{
-          begin, begin + std::min(part.end - begin, std::max<std::uint64_t>(size_ / weight, 1))};
-      const auto batch_start = Clock::now();
-      // What comes may be far dearer.
-      deadline_ = batch_start
-                  + std::chrono::duration_cast<Clock::duration>(
-                      std::chrono::duration<double>(batch_seconds_));
-      const std::uint64_t end = pass(batch);
-      done_ += (end - begin) * weight;
-      begin = end;
-      const double took = seconds_since(batch_start);
-      if (options_.batch == 0 && took < 0.5 * batch_seconds_ && end == batch.end)
-        size_ = std::min(2 * size_, most);
-      if (options_.batch == 0 && took > batch_seconds_) size_ = std::max(size_ / 2, first_ / 4);
-      if (begin < part.end && !go_on()) break;
-    }
-    report(done_);
-    seconds_ += seconds_since(start);
-    return begin;
-  }
-
-  void report(std::uint64_t done) const {
-    stop_if(options_.stop);
-    if (options_.progress) options_.progress({name_, std::min(done, total_), total_});
-  }
-
-  double seconds() const { return seconds_; }
-
- private:
-  const RenderOptions& options_;
-  const char* name_;
-  const std::uint64_t total_, first_;
-  const double batch_seconds_;
-  Time& deadline_;
-  std::uint64_t done_, size_;
-  double seconds_ = 0;
-};
 
 Frame frame_of(const ResolvedScene& resolved, const PreparedScene& prepared) {
   const Scene& scene = resolved;
@@ -131,66 +57,58 @@ Frame frame_of(const ResolvedScene& resolved, const PreparedScene& prepared) {
 class Renderer::Work {
  public:
   Work(Renderer& renderer, const ResolvedScene& scene, Backend& backend, RenderOptions options)
-      : renderer_(renderer),
-        backend_(backend),
+      : backend_(backend),
         options_(std::move(options)),
-        start_(Clock::now()),
+        clock_(renderer, options_),
         prepared_(make_ready(scene)) {
-    load(scene);
-    part_.replicates.resize(static_cast<std::size_t>(part_.frame.replicates));
-    seconds_.bounds = seconds_since(start_);
+    books_.begin(load(scene));
+    seconds_.bounds = clock_.seconds();
   }
 
   void look(const ResolvedScene& scene) {
-    start_ = Clock::now();
+    clock_.restart();
     seconds_ = {};
     prepare_view(scene, prepared_);
-    load(scene);
-    part_.film = {};
-    part_.depth = {};
-    part_.depth_pixels = 0;
-    for (Replicate& replicate : part_.replicates) {
-      replicate.samples = {};
-      replicate.gathered = {};
-      replicate.film = {};
-    }
-    fresh_pixels_ = fresh_depths_ = 0;
-    taken_ = shown_ = -1;
+    books_.look(load(scene));
   }
 
-  void resume(Partial part, const std::string& name) {
-    const int slice_replicate = part.slice_replicate;
-    part_.slice = part.slice;
-    part_.slice_pixels = part.slice_pixels;
-    part_.slice_film = std::move(part.slice_film);
-    part_.slice_gathered = part.slice_gathered;
-    merge(part_, "this render", std::move(part), name);
-    part_.slice_replicate = slice_replicate;
-    taken_ = shown_ = -1;
-  }
+  void resume(Partial part, const std::string& name) { books_.resume(std::move(part), name); }
 
+  /// To the end of the plan, or until the clock ends it: some replicates at a time, see
+  /// RenderOptions::most_lights, are shot and then gathered by turns.
   bool run() {
+    clock_.keep_tallies();
     try {
-      run_all();
-      is_left_ = !is_done();
+      begin_passes();
+      // Before there is light: then it can be looked at whenever the render is stopped.
+      const bool needs_denominator = !plan_.shoots_only() || options_.measures_matter;
+      if (!needs_denominator || measure_denominator()) {
+        books_.forget_dim_samples();
+        shoot_seconds_.reset();
+        int next = 0;
+        std::vector<int> turns;
+        while (begins_round() && shoot_next(next, turns) && gather_by_turns(turns)) continue;
+      }
+      books_.flush();
+      is_left_ = !plan_.is_done();
       return !is_left_;
-    } catch (...) {  // in the midst of a batch, whose tallies are no whole ones
-      is_broken_ = true;
+    } catch (...) {
+      books_.abandon();
       throw;
     }
   }
 
   const Partial& part() {
-    flush();
+    books_.flush();
     return part_;
   }
 
   const PreparedScene& scene() const { return prepared_; }
   bool has_picture() const { return !part_.film.pixels.empty(); }
-  bool shoots_only() const { return options_.photons && !options_.samples; }
+  bool shoots_only() const { return plan_.shoots_only(); }
 
   RenderResult result() {
-    flush();
+    books_.flush();
     RenderResult result = develop(part_);
     result.seconds = seconds();
     warn_of_time(result);
@@ -198,44 +116,38 @@ class Renderer::Work {
   }
 
   bool has_preview() const {
-    return part_.matter_cells == part_.frame.cells && (!prepared_.has_grid || !denominator_.empty())
-           && lit_replicate() >= 0;
+    return part_.has(measurement::scattering) && books_.has_denominator()
+           && books_.lit_replicate() >= 0;
   }
 
   RenderResult preview(double seconds) {
-    const auto end = Clock::now()
-                     + std::chrono::duration_cast<Clock::duration>(
-                         std::chrono::duration<double>(std::max(seconds, 0.0)));
-    flush();
-    const int by = lit_replicate();
-    const auto r = static_cast<std::size_t>(by);
-    illuminate(r);
+    clock_.begin_preview(seconds);
+    books_.flush();
+    const int r = books_.lit_replicate();
+    books_.illuminate(r);
     Partial glance;
     glance.frame = part_.frame;
-    glance.depth = part_.depth;
-    glance.depth_pixels = part_.depth_pixels;
+    glance.measured[measurement::depth] = part_.measured[measurement::depth];
     glance.matter_hash = part_.matter_hash;
     glance.replicates.resize(part_.replicates.size());
-    const Replicate& lit = part_.replicates[r];
-    Replicate& seen = glance.replicates[r];
+    const Replicate& lit = part_.replicate(r);
+    Replicate& seen = glance.replicate(r);
     seen.photons = lit.photons;
     seen.shot = lit.shot;
     seen.detected = lit.detected;
     seen.light_hash = light_hash(lit);
-    const IndexRange all = part_.frame.samples_of(by);
+    const IndexRange all = part_.frame.samples_of(r);
     const std::size_t pixels = prepared_.pixels_to_gather();
     bool is_torn = false;
-    is_hurried_ = true;  // whoever asks for a pause has got it
     for (std::uint64_t s = all.begin; s < all.end; ++s) {
-      const auto start = Clock::now();
-      PassRunner gather(options_, "preview", pixels, backend_, deadline_);
+      const double left = clock_.preview_seconds_left();
+      PassRunner gather = runner("preview", pixels);
       const std::uint64_t done = gather.run(
           {0, pixels},
           [&](IndexRange range) {
-            deadline_ = std::min(deadline_, end);
             return backend_.gather(range, {s, 1});
           },
-          [&] { return Clock::now() < end; });
+          [&] { return clock_.preview_seconds_left() > 0; });
       FilmTallies film = backend_.take_film();
       const Account account = backend_.take_account();
       is_torn = done < pixels && s == all.begin;
@@ -243,9 +155,9 @@ class Renderer::Work {
       add_to(glance.film, std::move(film));
       add(seen.gathered, account);
       seen.samples.add({s, s + 1});
-      if (Clock::now() + (Clock::now() - start) > end) break;  // no other one fits
+      if (2 * clock_.preview_seconds_left() < left) break;  // no other one fits
     }
-    is_hurried_ = false;
+    clock_.end_preview();
     RenderResult result = develop(glance);
     result.is_preview = true;
     result.is_complete = false;
@@ -260,28 +172,33 @@ class Renderer::Work {
 
  private:
   PreparedScene make_ready(const ResolvedScene& scene) {
-    const PassRunner bounds(options_, "bounds", 1000, backend_, deadline_);
+    const PassRunner bounds = runner("bounds", 1000);
     return prepare(
         scene, backend_.threads(),
-        [&](double done) { bounds.report(static_cast<std::uint64_t>(done * 1000)); }, options_.stop,
-        backend_.table_points());
+        [&](double done) { bounds.report(static_cast<std::uint64_t>(done * 1000)); },
+        [this] { return clock_.stops(); }, backend_.table_points());
   }
 
-  void load(const ResolvedScene& scene) {
-    backend_.load(prepared_, options_.stop,
-                  [this] { return Clock::now() > deadline_ || (!is_hurried_ && pauses()); });
-    part_.frame = frame_of(scene, prepared_);
+  Frame load(const ResolvedScene& scene) {
+    backend_.load(
+        prepared_, [this] { return clock_.stops(); }, [this] { return clock_.pauses(); });
+    return frame_of(scene, prepared_);
+  }
+
+  PassRunner runner(const char* name, std::uint64_t total, std::uint64_t done = 0) {
+    return {name, total, done, backend_, options_, clock_};
   }
 
   /// What a limit of time has cost, once it has ended the render.
   void warn_of_time(RenderResult& result) const {
     if (!is_left_ || options_.time_limit == 0) return;
-    if (seconds_.bounds + seconds_.matter > options_.time_limit / 2) {
+    const double scattering = seconds_.measured[measurement::scattering];
+    if (seconds_.bounds + scattering > options_.time_limit / 2) {
       result.warnings.push_back(fmt::format(
           "of the {:.3g} s that were allowed, bounds took {:.2g} s and matter {:.2g} s, "
           "before the first photon; allow more, or lower "
           "photons.illumination.resolution",
-          options_.time_limit, seconds_.bounds, seconds_.matter));
+          options_.time_limit, seconds_.bounds, scattering));
     }
     if (!shoots_only() && result.replicates < 2 && part_.frame.replicates > 1) {
       result.warnings.push_back(fmt::format(
@@ -291,48 +208,11 @@ class Renderer::Work {
     }
   }
 
-  // ---- What is to be done.
-
-  static IndexRange common(IndexRange a, IndexRange b) {
-    const std::uint64_t begin = std::max(a.begin, b.begin);
-    return {begin, std::max(begin, std::min(a.end, b.end))};
-  }
-  IndexRange wanted_samples(int r) const {
-    const IndexRange all = part_.frame.samples_of(r);
-    const IndexRange none{all.begin, all.begin};
-    if (options_.allow_gaps && is_dark(r)) return none;
-    if (options_.samples) return common(all, *options_.samples);
-    return options_.photons ? none : all;
-  }
-  /// Whether its samples would find a grid without the light that belongs there.
-  bool is_dark(int r) const {
-    if (part_.frame.light_words == 0 || part_.frame.photons == 0 || !options_.photons) return false;
-    const IndexRange photons = common(part_.frame.photons_of(r), *options_.photons);
-    return photons.begin == photons.end
-           && part_.replicates[static_cast<std::size_t>(r)].photons.empty();
-  }
-  IndexRange wanted_photons(int r) const {
-    const IndexRange all = part_.frame.photons_of(r), samples = wanted_samples(r);
-    if (options_.photons) return common(all, *options_.photons);
-    return samples.begin == samples.end ? IndexRange{all.begin, all.begin} : all;
-  }
-
-  const Replicate& replicate(int r) const { return part_.replicates[static_cast<std::size_t>(r)]; }
-  Ranges missing_photons(int r) const { return replicate(r).photons.missing(wanted_photons(r)); }
-  Ranges missing_samples(int r) const { return replicate(r).samples.missing(wanted_samples(r)); }
-  bool is_done(int r) const { return missing_photons(r).empty() && missing_samples(r).empty(); }
-  bool is_done() const {
-    for (int r = 0; r < part_.frame.replicates; ++r)
-      if (!is_done(r)) return false;
-    return true;
-  }
-
-  /// To its end, or until go_on or the time ends it.
-  void run_all() {
+  void begin_passes() {
     std::uint64_t photons = 0, shot = 0, samples = 0, gathered = 0;
     for (int r = 0; r < part_.frame.replicates; ++r) {
-      const Replicate& replicate = part_.replicates[static_cast<std::size_t>(r)];
-      const IndexRange p = wanted_photons(r), s = wanted_samples(r);
+      const Replicate& replicate = part_.replicate(r);
+      const IndexRange p = plan_.wanted_photons(r), s = plan_.wanted_samples(r);
       photons += p.end - p.begin;
       shot += p.end - p.begin - replicate.photons.missing(p).count();
       samples += s.end - s.begin;
@@ -344,115 +224,61 @@ class Renderer::Work {
                               Ranges({*options_.samples}).text()));
     }
     const std::uint64_t pixels = prepared_.pixels_to_gather();
-    shoot_.emplace(options_, "photons", photons, backend_, deadline_, shot);
-    gather_.emplace(options_, "pixels", samples * pixels, backend_, deadline_, gathered * pixels);
-    // Before there is light: then it can be looked at whenever the render is stopped.
-    if ((shoots_only() && !options_.measures_matter) || measure_matter()) run_replicates();
-    flush();
+    shoot_.emplace(runner("photons", photons, shot));
+    gather_.emplace(runner("pixels", samples * pixels, gathered * pixels));
   }
 
-  /// Some at a time, RenderOptions::most_lights: their photons are shot, then they are gathered by
-  /// turns.
-  void run_replicates() {
-    for (int r = 0; r < part_.frame.replicates; ++r) forget_samples(r);
-    shoot_seconds_.reset();
-    for (int next = 0;;) {
-      if (is_even() && !go_on(Moment::round)) return;
-      std::vector<int> turns;
-      if (!shoot_next(next, turns) || turns.empty() || !gather_by_turns(turns)) return;
-    }
+  bool begins_round() const { return !plan_.is_even() || clock_.goes_on(Moment::round); }
+
+  // ---- The passes. They return false where the clock ended them.
+
+  bool measure(measurement::Id id) {
+    if (part_.has(id)) return true;
+    const std::uint64_t done = part_.measured[id].done, count = part_.frame.count(id);
+    PassRunner pass = runner(measurement::rows[id].name, count, done);
+    pass.run(
+        {done, count},
+        [&](IndexRange range) {
+          const std::uint64_t end = backend_.measure(id, range);
+          books_.add_elements(id, end);
+          return end;
+        },
+        [&] { return clock_.goes_on(Moment::batch); });
+    books_.flush();
+    seconds_.measured[id] = pass.seconds();
+    return part_.has(id);
+  }
+
+  bool measure_denominator() {
+    if (books_.has_denominator()) return true;
+    if (!measure(measurement::scattering)) return false;
+    books_.read_denominator();
+    return true;
   }
 
   /// Shoots the next replicates. Half of the time is for the first picture's photons, and half of
-  /// that for those of its first replicate: a second one has to tell how noisy it is.
-  /// \param[in,out] next replicate \param[out] turns those that can be gathered \return false where
-  /// go_on ended it
+  /// that for those of its first replicate: a second one has to show how noisy it is.
+  /// \param[in,out] next replicate \param[out] turns those that can be gathered, or none
   bool shoot_next(int& next, std::vector<int>& turns) {
-    const int most = shoots_only() ? 1 : options_.most_lights;
+    turns.clear();
     const bool is_first = !has_picture() && !shoot_seconds_;
-    const double left = seconds_left();
-    for (; next < part_.frame.replicates && std::ssize(turns) < most; ++next) {
-      replicate_ = next;
-      let_light_go();
-      if (is_done(next)) continue;
-      double share = turns.empty() ? 1 : 0.5;
+    const double left = clock_.seconds_left();
+    for (; next < part_.frame.replicates && std::ssize(turns) < plan_.most_turns(); ++next) {
+      books_.begin_replicate(next);
+      books_.let_light_go();
+      if (plan_.is_done(next)) continue;
+      double fraction = turns.empty() ? 1 : 0.5;
       if (is_first && !shoots_only() && turns.empty())
-        share = most > 1 && next + 1 < part_.frame.replicates ? 0.25 : 0.5;
-      const double until = share * left - (left - seconds_left());
+        fraction = plan_.most_turns() > 1 && next + 1 < part_.frame.replicates ? 0.25 : 0.5;
+      const double until = fraction * left - (left - clock_.seconds_left());
       const bool may_be_cut = is_first && turns.size() < 2;
-      if (!may_be_cut && shoot_seconds_.value_or(0) >= until) return true;
+      if (!may_be_cut && shoot_seconds_.value_or(0) >= until) break;
       const Shot shot = shoot(until);
       if (shot == Shot::stopped) return false;
-      if (shot == Shot::cut && !may_be_cut) return true;
+      if (shot == Shot::cut && !may_be_cut) break;
       turns.push_back(next);
     }
-    return true;
-  }
-
-  /// Whether those begun have about as many samples each, so that their spread tells the noise.
-  bool is_even() const {
-    std::uint64_t least = PassRunner::most, most = 0;
-    for (int r = 0; r < part_.frame.replicates; ++r) {
-      const std::uint64_t samples = replicate(r).samples.count();
-      if (samples > 0) {
-        least = std::min(least, samples);
-        most = std::max(most, samples);
-        continue;
-      }
-      const bool has_turn = part_.frame.photons == 0
-                                ? options_.most_lights > 1
-                                : !replicate(r).photons.empty() && missing_photons(r).empty();
-      if (has_turn && !missing_samples(r).empty()) return false;
-    }
-    return most > 0 && most <= std::max(least + 1, least + least / 2);
-  }
-
-  bool pauses() const { return options_.pause && options_.pause(); }
-  bool go_on(Moment moment) { return !options_.go_on || options_.go_on(renderer_, moment); }
-
-  double seconds_left() const {
-    return options_.time_limit > 0 ? options_.time_limit - seconds_since(start_) : 1e30;
-  }
-  bool fits(double seconds) const { return seconds < seconds_left(); }
-
-  // ---- The passes.
-
-  /// Goes on with what is measured, `done` of `count`. \param pass (IndexRange) -> end of what was
-  /// done \param[out] fresh that end, flushed or not \return [s] that it took
-  template <class Pass>
-  double measure(const char* name, std::uint64_t done, std::uint64_t count, std::uint64_t& fresh,
-                 const Pass& pass) {
-    PassRunner runner(options_, name, count, backend_, deadline_, done);
-    fresh = done;
-    runner.run(
-        {done, count}, [&](IndexRange range) { return fresh = pass(range); },
-        [&] { return go_on(Moment::batch); });
-    flush();
-    return runner.seconds();
-  }
-
-  /// \return false where go_on ended it.
-  bool measure_matter() {
-    if (!prepared_.has_grid || !denominator_.empty()) return true;
-    seconds_.matter = measure("matter", part_.matter_cells, part_.frame.cells, fresh_cells_,
-                              [&](IndexRange range) { return backend_.measure_matter(range); });
-    if (part_.matter_cells < part_.frame.cells) return false;
-    Hasher hasher;
-    hasher.add_all(part_.matter.data(), part_.matter.size());
-    if (part_.matter_hash != 0 && part_.matter_hash != hasher.value()) {
-      throw Error(ExitCode::input_missing,
-                  "what was done before is of other matter than the scene has now; shoot anew");
-    }
-    part_.matter_hash = hasher.value();
-    denominator_ = read_out_matter(prepared_, part_.matter);
-    return true;
-  }
-
-  bool measure_depth() {
-    if (part_.has_depth()) return true;
-    seconds_.depth = measure("depth", part_.depth_pixels, prepared_.pixels(), fresh_depths_,
-                             [&](IndexRange range) { return backend_.measure_depth(range); });
-    return part_.has_depth();
+    return !turns.empty();
   }
 
   enum class Shot { whole, cut, stopped };
@@ -460,107 +286,65 @@ class Renderer::Work {
   /// \param until [s] from now on \return cut where the time ended it, stopped where go_on did
   Shot shoot(double until) {
     const auto start = Clock::now();
+    const Ledger& ledger = part_.replicate(books_.current()).shot.ledger;
     Shot shot = Shot::whole;
-    const Ranges todo = missing_photons(replicate_);
+    const Ranges todo = plan_.missing_photons(books_.current());
     for (const IndexRange& range : todo.list()) {
       bool has_time = true;
       const std::uint64_t end = shoot_->run(
           range,
           [&](IndexRange batch) {
             const std::uint64_t done = backend_.shoot(batch);
-            fresh_photons_.add({batch.begin, done});
+            books_.add_photons({batch.begin, done});
             return done;
           },
           [&] {
             has_time = seconds_since(start) < until;
-            return has_time && go_on(Moment::batch);
+            return has_time && clock_.goes_on(Moment::batch);
           });
-      flush();
-      close(current().shot.ledger);
+      books_.flush();
+      close(ledger);
       if (end == range.end) continue;
       if (has_time) return Shot::stopped;
       shot = Shot::cut;
       break;
     }
-    refuse_stalled(current().shot.ledger);
+    refuse_stalled(ledger);
     shoot_seconds_ = seconds_since(start);
     return shot;
   }
 
-  /// Samples of a replicate that read the light of fewer photons, which a limit of time had left
-  /// out, are gathered anew. So are the others: the film is of all.
-  void forget_samples(int r) {
-    if (missing_photons(r).empty()) return;
-    const bool has_slice = part_.slice_replicate == r;
-    if (replicate(r).samples.empty() && !has_slice) return;
-    part_.slice_replicate = -1;
-    part_.slice_film = {};
-    part_.slice_gathered = {};
-    part_.slice_pixels = 0;
-    if (replicate(r).samples.empty()) return;
-    for (int other = 0; other < part_.frame.replicates; ++other) {
-      if (replicate(other).samples.empty() || !replicate(other).light.empty()
-          || !missing_photons(other).empty())
-        continue;
-      throw Error(ExitCode::input_missing,
-                  fmt::format("what was done before has samples {} of photons {} alone, beside "
-                              "others: render anew",
-                              replicate(r).samples.text(), replicate(r).photons.text()));
-    }
-    part_.film = {};
-    for (Replicate& replicate : part_.replicates) {
-      if (replicate.samples.empty()) continue;
-      replicate.samples = {};
-      replicate.gathered = {};
-      replicate.film = {};
-      if (replicate.light.empty()) replicate = {};  // its light was let go
-    }
-  }
-
-  /// \return false where go_on or the time ended it.
   bool gather_by_turns(const std::vector<int>& turns) {
-    bool gathers = false;
-    for (const int r : turns) {
-      if (missing_samples(r).empty()) continue;
-      require_light(r);
-      gathers = true;
-    }
-    if (!gathers) return true;
-    if (!measure_depth()) return false;
-    for (;;) {
-      int next = -1;  // that has a slice under way, or else the fewest samples
-      for (const int r : turns) {
-        if (missing_samples(r).empty()) continue;
-        if (next < 0 || r == part_.slice_replicate
-            || (next != part_.slice_replicate
-                && replicate(r).samples.count() < replicate(next).samples.count()))
-          next = r;
-      }
-      if (next < 0) return true;
-      replicate_ = next;
-      const bool alone = turns.size() == 1;
-      // A share of all that its turns leave even, whose end the noise is judged at.
+    if (plan_.next_turn(turns) < 0) return true;  // these need not even a depth
+    for (const int r : turns)
+      if (!plan_.missing_samples(r).empty()) require_light(r);
+    for (const measurement::Id id : measurement::ids)
+      if (measurement::rows[id].has_each_pixel && !measure(id)) return false;
+    const bool alone = turns.size() == 1;
+    for (int next = 0; (next = plan_.next_turn(turns)) >= 0;) {
+      books_.begin_replicate(next);
+      // A fraction of the samples that turns leave even, at whose end the noise is judged.
       const std::uint64_t most =
-          alone ? PassRunner::most : std::max<std::uint64_t>(current().samples.count() / 2, 1);
-      const Ranges todo = missing_samples(next);
+          alone ? PassRunner::most
+                : std::max<std::uint64_t>(part_.replicate(next).samples.count() / 2, 1);
+      const Ranges todo = plan_.missing_samples(next);
       if (!gather_slice(todo.list().front(), most)) return false;
-      if (is_done(next)) let_light_go();
-      if (!alone && is_even() && !is_done() && !go_on(Moment::round)) return false;
+      if (plan_.is_done(next)) books_.let_light_go();
+      if (!alone && !plan_.is_done() && !begins_round()) return false;
     }
+    return true;
   }
 
   void require_light(int r) const {
-    const Replicate& lit = replicate(r);
-    if (is_dark(r)) {
+    if (plan_.is_dark(r)) {
       throw Error(
           ExitCode::input_missing,
           fmt::format("samples {} would read the light of photons {}, and none of these "
                       "are there: shoot them, too, or leave those samples out "
                       "(--sample-range)",
-                      missing_samples(r).text(), Ranges({part_.frame.photons_of(r)}).text()));
+                      plan_.missing_samples(r).text(), Ranges({part_.frame.photons_of(r)}).text()));
     }
-    if (part_.frame.light_words > 0 && !lit.photons.empty() && lit.light.empty()
-        && !kept_.contains(r)) {
+    if (!part_.replicate(r).photons.empty() && !books_.has_light(r)) {
       throw Error(ExitCode::input_missing,
                   "what was done before keeps no light for the samples that are missing; render "
                   "them apart (--sample-range) and merge");
@@ -570,143 +354,42 @@ class Renderer::Work {
   /// The next samples of all pixels: as many as take long beside what it costs to add them up, and
   /// fit into the time.
   bool gather_slice(IndexRange range, std::uint64_t most) {
+    const int r = books_.current();
+    const Slice& slice = part_.slice;
     const auto begin = Clock::now();
-    if (shown_ != replicate_) illuminate(static_cast<std::size_t>(replicate_));
+    books_.illuminate(r);
     const double switch_seconds = seconds_since(begin);
-    const bool goes_on = part_.slice_replicate == replicate_ && part_.slice.begin == range.begin
-                         && part_.slice.end <= range.end;
+    const bool goes_on = slice.replicate == r && slice.samples.begin == range.begin
+                         && slice.samples.end <= range.end;
     if (!goes_on) {
-      part_.slice_film = {};
-      part_.slice_gathered = {};
-      part_.slice_pixels = 0;
       std::uint64_t count = std::min({range.end - range.begin, slice_samples_, most});
       if (has_picture() && sample_seconds_ > 0) {
-        const double fitting = seconds_left() / sample_seconds_;
+        const double fitting = clock_.seconds_left() / sample_seconds_;
         if (fitting < 1) return false;
         if (fitting < static_cast<double>(count)) count = static_cast<std::uint64_t>(fitting);
       }
-      part_.slice_replicate = replicate_;
-      part_.slice = {range.begin, range.begin + count};
+      books_.begin_slice({range.begin, range.begin + count});
     }
-    const std::uint64_t count = part_.slice.end - part_.slice.begin;
+    const SampleRange samples{slice.samples.begin, slice.samples.end - slice.samples.begin};
+    const std::size_t pixels = prepared_.pixels_to_gather();
     const auto start = Clock::now();
-    fresh_pixels_ = part_.slice_pixels;
     const std::uint64_t end = gather_->run(
-        {part_.slice_pixels, prepared_.pixels_to_gather()},
+        {slice.pixels, pixels},
         [&](IndexRange batch) {
-          // go_on may have had a preview by other light.
-          if (shown_ != replicate_) illuminate(static_cast<std::size_t>(replicate_));
-          return fresh_pixels_ = backend_.gather(batch, {part_.slice.begin, count});
+          books_.illuminate(r);  // go_on may have had a preview by other light
+          const std::uint64_t done = backend_.gather(batch, samples);
+          books_.add_pixels(done);
+          return done;
         },
-        [&] { return fits(0) && go_on(Moment::batch); }, count);
-    if (end < prepared_.pixels_to_gather()) return false;
+        [&] { return clock_.seconds_left() > 0 && clock_.goes_on(Moment::batch); }, samples.count);
+    if (end < pixels) return false;
     const double seconds = seconds_since(start);
     const auto flush_start = Clock::now();
-    finish_slice();
-    if (!goes_on) sample_seconds_ = seconds / static_cast<double>(count);
+    books_.finish_slice();
+    if (!goes_on) sample_seconds_ = seconds / static_cast<double>(samples.count);
     if (seconds < std::max(1.0, 50 * (switch_seconds + seconds_since(flush_start))))
       slice_samples_ = std::min(2 * slice_samples_, PassRunner::most);
-    return go_on(Moment::slice);
-  }
-
-  // ---- Tallies.
-
-  Replicate& current() { return part_.replicates[static_cast<std::size_t>(replicate_)]; }
-  /// \return the one whose light is of most photons, up to the one under way; paths: that; -1: none
-  int lit_replicate() const {
-    if (part_.frame.photons == 0) return replicate_;
-    int lit = -1;
-    std::uint64_t most = 0;
-    for (int r = 0; r <= replicate_; ++r) {
-      const std::uint64_t fresh = r == replicate_ ? fresh_photons_.count() : 0;
-      const bool has_light = fresh > 0 || !replicate(r).light.empty() || kept_.contains(r)
-                             || part_.frame.light_words == 0;
-      const std::uint64_t photons = has_light ? replicate(r).photons.count() + fresh : 0;
-      if (photons <= most) continue;
-      most = photons;
-      lit = r;
-    }
-    return lit;
-  }
-
-  double photon_power(const Replicate& replicate) const {
-    const auto photons = static_cast<double>(replicate.photons.count());
-    return photons > 0 ? prepared_.shot_power / photons : 0.0;
-  }
-
-  void illuminate(std::size_t r) {
-    shown_ = static_cast<int>(r);
-    if (!prepared_.has_grid) return backend_.illuminate({}, {});
-    const Replicate& replicate = part_.replicates[r];
-    const double power = photon_power(replicate);
-    if (taken_ == static_cast<int>(r) && backend_.illuminate_with_taken(power, denominator_))
-      return;
-    if (const auto kept = kept_.find(static_cast<int>(r)); kept != kept_.end())
-      return backend_.illuminate(kept->second, denominator_);
-    const std::vector<std::int64_t> none(replicate.light.empty() ? part_.frame.light_words : 0);
-    read_out_light(replicate.light.empty() ? none : replicate.light, power, numerator_);
-    backend_.illuminate(numerator_, denominator_);
-  }
-
-  /// Writes down what the backend has tallied since the last time.
-  void flush() {
-    if (is_broken_) return;
-    if (fresh_cells_ > part_.matter_cells) {
-      part_.matter_cells = fresh_cells_;
-      add_to(part_.matter, backend_.take_matter());
-    }
-    if (fresh_depths_ > part_.depth_pixels) {
-      const std::vector<float> depth = backend_.take_depth();
-      part_.depth.resize(depth.size());
-      std::copy(depth.begin() + static_cast<std::ptrdiff_t>(part_.depth_pixels),
-                depth.begin() + static_cast<std::ptrdiff_t>(fresh_depths_),
-                part_.depth.begin() + static_cast<std::ptrdiff_t>(part_.depth_pixels));
-      part_.depth_pixels = fresh_depths_;
-    }
-    if (!fresh_photons_.empty()) {
-      Replicate& replicate = current();
-      replicate.photons.add(fresh_photons_);
-      fresh_photons_ = {};
-      taken_ = replicate.light.empty() ? replicate_ : -1;
-      if (shown_ == replicate_) shown_ = -1;
-      add_to(replicate.light, backend_.take_illumination());
-      add_to(replicate.detected, backend_.take_detectors());
-      Account shot = backend_.take_account();
-      shot.ledger = in_scene_order(shot.ledger, prepared_.scene_component);
-      add(replicate.shot, shot);
-    }
-    if (fresh_pixels_ > part_.slice_pixels) {
-      part_.slice_pixels = fresh_pixels_;
-      add(part_.slice_gathered, backend_.take_account());
-      add_to(part_.slice_film, backend_.take_film());
-    }
-  }
-
-  void finish_slice() {
-    flush();
-    Replicate& replicate = current();
-    replicate.samples.add(part_.slice);
-    add(replicate.gathered, part_.slice_gathered);
-    part_.slice_gathered = {};
-    replicate.film.resize(3 * prepared_.pixels());
-    for (std::size_t i = 0; i < part_.slice_film.pixels.size(); ++i)
-      for (std::size_t c = 0; c < 3; ++c)
-        replicate.film[3 * i + c] += part_.slice_film.pixels[i].sum[c];
-    add_to(part_.film, std::exchange(part_.slice_film, {}));
-    part_.slice_replicate = -1;
-    part_.slice_pixels = fresh_pixels_ = 0;
-  }
-
-  void let_light_go() {
-    Replicate& replicate = current();
-    if (replicate.light.empty() || shoots_only() || !is_done(replicate_)) return;
-    // Whoever goes on from here may have to gather it anew: see forget_samples().
-    for (int r = 0; r < part_.frame.replicates; ++r)
-      if (!this->replicate(r).samples.empty() && !missing_photons(r).empty()) return;
-    if (options_.keeps_light)
-      read_out_light(replicate.light, photon_power(replicate), kept_[replicate_]);
-    replicate.light_hash = light_hash(replicate);
-    replicate.light = {};
+    return clock_.goes_on(Moment::slice);
   }
 
   PassSeconds seconds() const {
@@ -717,28 +400,19 @@ class Renderer::Work {
   }
 
   const DefaultFloatingPoint guard_;
-  Renderer& renderer_;
   Backend& backend_;
   const RenderOptions options_;
-  Clock::time_point start_;
+  RunClock clock_;
   PreparedScene prepared_;
-  Partial part_;
+  Bookkeeping books_{options_, prepared_, backend_};
+  const Partial& part_ = books_.part();
+  const Plan& plan_ = books_.plan();
   std::optional<PassRunner> shoot_, gather_;
   PassSeconds seconds_;
-  std::vector<float> numerator_, denominator_;
-  std::map<int, std::vector<float>> kept_;  // numerators of replicates, for look()
-  int replicate_ = 0;                       // under way
-  Ranges fresh_photons_;                    // since the last flush
-  std::uint64_t fresh_pixels_ = 0, fresh_cells_ = 0, fresh_depths_ = 0;  // done, flushed or not
-  bool is_broken_ = false;               // the backend's tallies since the last flush
-  bool is_left_ = false;                 // run() has ended before all was done
-  Clock::time_point deadline_{};         // of the batch under way
-  bool is_hurried_ = false;              // no pause for the pause that was asked for
-  int taken_ = -1;                       // whose light is all that was taken last
-  int shown_ = -1;                       // by whose light the backend gathers
-  std::optional<double> shoot_seconds_;  // that a replicate took last, of this run
-  double sample_seconds_ = 0;            // the same of a sample of all pixels
-  std::uint64_t slice_samples_ = 1;
+  bool is_left_ = false;                 // run() has ended before the plan was done
+  std::optional<double> shoot_seconds_;  // of the last replicate, in this run
+  double sample_seconds_ = 0;            // of the last sample of all pixels
+  std::uint64_t slice_samples_ = 1;      // of the next slice
 };
 
 Renderer::Renderer(const ResolvedScene& scene, Backend& backend, RenderOptions options)

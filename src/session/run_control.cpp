@@ -1,24 +1,14 @@
 #include "session/run_control.h"
 
-#include <atomic>
-#include <memory>
-#include <string_view>
-
 #include <fmt/format.h>
 
 namespace tyndall::session {
 
 RenderOptions RunControl::options() {
-  // The bounds are no result: without them there is nothing to keep.
-  const auto has_result = std::make_shared<std::atomic<bool>>(false);
   RenderOptions options;
-  options.progress = [this, has_result](const Progress& progress) {
-    *has_result = keeps_result && std::string_view(progress.pass) != "bounds";
-    show(progress);
-  };
-  options.stop = [this, has_result] { return !*has_result && is_interrupted(); };
+  options.progress = [this](const Progress& progress) { show(progress); };
+  options.stop = is_interrupted;
   if (!keeps_result) return options;
-  options.pause = is_interrupted;
   options.go_on = [this](Renderer& renderer, Moment moment) { return goes_on(renderer, moment); };
   options.time_limit = time_limit;
   return options;

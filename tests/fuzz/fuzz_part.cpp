@@ -79,7 +79,7 @@ std::string checkpoint() {
   RenderOptions options;
   options.batch = 2;
   options.go_on = [](Renderer& r, Moment) {
-    return r.part().samples().count() < 4 || r.part().slice_pixels == 0;
+    return r.part().samples().count() < 4 || r.part().slice.pixels == 0;
   };
   const std::string path = "/tmp/tyndall-fuzz-seed.tyn";
   io::OutputFile file(path);

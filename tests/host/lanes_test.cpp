@@ -31,13 +31,22 @@ Result run(const PreparedScene& scene, const Medium& medium, const Sampler& samp
   Detectors detectors = scene.detectors;
   detectors.sums = result.detected.empty() ? nullptr : result.detected.data();
   const IlluminationTally tally{scene.cells, result.illumination.data()};
-  call(
-      ShootPass<Medium, Sampler>{
-          medium, sampler, scene.lights(), scene.seed, tally, {&result.shot}, detectors},
-      begin, end);
+  call(ShootPass<Medium, Sampler>{.medium = medium,
+                                  .sampler = sampler,
+                                  .lights = scene.lights(),
+                                  .seed = scene.seed,
+                                  .illumination = tally,
+                                  .accounts = {&result.shot},
+                                  .detectors = detectors},
+       begin, end);
   result.matter.assign(scene.cells.count(), 0);
-  call(MatterPass<Medium>{medium, scene.seed, scene.cells, scene.cell_size, scene.strata,
-                          scene.matter_scale, result.matter.data()},
+  call(MatterPass<Medium>{.medium = medium,
+                          .seed = scene.seed,
+                          .cells = scene.cells,
+                          .cell_size = scene.cell_size,
+                          .strata = scene.strata,
+                          .scale = scene.matter_scale,
+                          .matter = result.matter.data()},
        0, scene.cells.count());
   const std::vector<float> numerator(result.illumination.begin(), result.illumination.end()),
       denominator(result.matter.begin(), result.matter.end());
@@ -45,20 +54,21 @@ Result run(const PreparedScene& scene, const Medium& medium, const Sampler& samp
   std::int64_t clamped = 0;
   const Film film{scene.film_width, scene.film_height, scene.film_unit, result.pixels.data(),
                   &clamped};
-  call(GatherPass<Medium, Sampler>{medium,
-                                   sampler,
-                                   scene.camera,
-                                   {scene.cells, numerator.data(), denominator.data()},
-                                   {scene.direct_lights.data(),
-                                    static_cast<int>(scene.direct_lights.size())},
-                                   scene.background,
-                                   scene.bounces,
-                                   scene.is_apart,
-                                   scene.seed,
-                                   {0, 2},
-                                   film,
-                                   {&result.gathered}},
-       0, 2 * film.pixel_count());
+  call(
+      GatherPass<Medium, Sampler>{
+          .medium = medium,
+          .sampler = sampler,
+          .camera = scene.camera,
+          .illumination = {scene.cells, numerator.data(), denominator.data()},
+          .lights = {scene.direct_lights.data(), static_cast<int>(scene.direct_lights.size())},
+          .background = scene.background,
+          .bounces = scene.bounces,
+          .is_apart = scene.is_apart,
+          .seed = scene.seed,
+          .samples = {0, 2},
+          .film = film,
+          .accounts = {&result.gathered}},
+      0, 2 * film.pixel_count());
   return result;
 }
 

@@ -7,6 +7,7 @@
 
 #include <unistd.h>
 
+#include <atomic>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -45,7 +46,7 @@ class PartFile : public testing::Test {
     options.batch = 16;
     options.go_on = [](Renderer& r, Moment moment) {
       const Partial& part = r.part();
-      return moment != Moment::batch || part.samples().count() < 4 || part.slice_pixels == 0;
+      return moment != Moment::batch || part.samples().count() < 4 || part.slice.pixels == 0;
     };
     const auto backend = make_cpu_backend(1);
     Renderer renderer(scene, *backend, options);
@@ -81,27 +82,29 @@ std::string refusal(const std::string& bytes, std::uint64_t most = much,
 TEST_F(PartFile, of_a_render_that_was_left_at_once_is_whole) {
   const Scene scene = quick();
   RenderOptions options;
-  options.pause = [] { return true; };  // a signal that was sooner than the first cell
+  std::atomic<bool> has_bounds = false;  // then comes a signal, sooner than the first cell
+  options.progress = [&](const Progress& p) { has_bounds = std::string(p.pass) != "bounds"; };
+  options.stop = [&] { return has_bounds.load(); };
   options.go_on = [](Renderer&, Moment) { return false; };
   const auto backend = make_cpu_backend(1);
   Renderer renderer(scene, *backend, options);
   EXPECT_FALSE(renderer.run());
   const Partial part = io::parse_part(write(renderer.part()), "a.tyn", 1 << 20);
-  EXPECT_EQ(part.matter_cells, 0u);
+  EXPECT_EQ(part.measured[measurement::scattering].done, 0u);
   EXPECT_TRUE(part.samples().empty());
 }
 
 TEST_F(PartFile, comes_back_as_it_was) {
   const Partial part = checkpoint();
-  ASSERT_GE(part.slice_replicate, 0);
-  ASSERT_GT(part.slice_pixels, 0u);
+  ASSERT_GE(part.slice.replicate, 0);
+  ASSERT_GT(part.slice.pixels, 0u);
   const std::string bytes = write(part);
   const Partial read = io::read_part(folder_ / "a.tyn", much);
   EXPECT_EQ(write(read), bytes);
   EXPECT_EQ(hash_tallies(read), hash_tallies(part));
   EXPECT_EQ(read.frame.groups, part.frame.groups);
-  EXPECT_EQ(read.slice_pixels, part.slice_pixels);
-  EXPECT_EQ(read.depth, part.depth);
+  EXPECT_EQ(read.slice.pixels, part.slice.pixels);
+  EXPECT_EQ(read.measured[measurement::depth].words, part.measured[measurement::depth].words);
 }
 
 TEST_F(PartFile, with_any_byte_changed_is_refused_and_names_the_chunk) {

@@ -96,19 +96,26 @@ TEST(Determinism, split_ranges_add_up_to_the_whole) {
   const SampleRange samples{0, scene.samples};
   whole->load(prepared, {});
   whole->shoot({0, 3000});
-  whole->measure_matter({0, cells});
+  whole->measure(measurement::scattering, {0, cells});
   parts->load(prepared, {});
   parts->shoot({1234, 3000});  // the order does not matter either
   parts->shoot({0, 1});
   parts->shoot({1, 1234});
-  parts->measure_matter({77, cells});
-  parts->measure_matter({0, 77});
+  parts->measure(measurement::scattering, {77, cells});
+  parts->measure(measurement::scattering, {0, 77});
+  whole->measure(measurement::depth, {0, pixels});
+  parts->measure(measurement::depth, {7, pixels});  // two pixels share a word
+  std::vector<std::int64_t> depth = parts->take(measurement::depth);
+  parts->measure(measurement::depth, {0, 7});
+  add_to(depth, parts->take(measurement::depth));
+  EXPECT_EQ(depth, whole->take(measurement::depth));
 
   Account shot = whole->take_account(), summed = parts->take_account();
   EXPECT_EQ(std::memcmp(&shot, &summed, sizeof shot), 0);
-  const std::vector<std::int64_t> light = whole->take_illumination(), matter = whole->take_matter();
+  const std::vector<std::int64_t> light = whole->take_illumination(),
+                                  matter = whole->take(measurement::scattering);
   EXPECT_EQ(light, parts->take_illumination());
-  EXPECT_EQ(matter, parts->take_matter());
+  EXPECT_EQ(matter, parts->take(measurement::scattering));
 
   const std::vector<float> numerator(light.begin(), light.end());
   const std::vector<float> denominator(matter.begin(), matter.end());

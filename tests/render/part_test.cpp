@@ -399,9 +399,9 @@ TEST(Parts, of_photons_alone_have_no_preview_before_the_matter_is_read_out) {
 TEST(Parts, without_light_say_nothing_of_samples_under_way) {
   const Scene scene = small();
   const Partial part = part_of(scene, {{}, IndexRange{0, 5}});
-  EXPECT_EQ(part.slice_replicate, -1);
-  EXPECT_EQ(part.slice.end, 0u);
-  EXPECT_EQ(part.slice_pixels, 0u);
+  EXPECT_EQ(part.slice.replicate, -1);
+  EXPECT_EQ(part.slice.samples.end, 0u);
+  EXPECT_EQ(part.slice.pixels, 0u);
 }
 
 TEST(Parts, have_the_larger_exposure_in_any_order) {
@@ -450,7 +450,9 @@ TEST(Parts, a_pause_ends_a_batch_and_changes_nothing) {
   std::atomic<int> asked = 0;
   RenderOptions options;
   options.batch = 1 << 20;  // all at once
-  options.pause = [&] { return ++asked > 40; };
+  std::atomic<bool> has_bounds = false;
+  options.progress = [&](const Progress& p) { has_bounds = std::string(p.pass) != "bounds"; };
+  options.stop = [&] { return has_bounds && ++asked > 40; };
   options.go_on = [](Renderer&, Moment) { return false; };
   Partial part;
   {
@@ -459,7 +461,7 @@ TEST(Parts, a_pause_ends_a_batch_and_changes_nothing) {
     EXPECT_FALSE(renderer.run());
     part = renderer.part();
   }
-  EXPECT_TRUE(part.matter_cells < part.frame.cells || part.photons().count() < scene.photons);
+  EXPECT_TRUE(!part.has(measurement::scattering) || part.photons().count() < scene.photons);
   const auto backend = make_cpu_backend(2);
   Renderer renderer(scene, *backend);
   renderer.resume(std::move(part), "part");
@@ -470,9 +472,9 @@ TEST(Parts, a_pause_ends_a_batch_and_changes_nothing) {
 /// Counts the cells it measures.
 class Measuring final : public ForwardingBackend {
  public:
-  std::uint64_t measure_matter(IndexRange cells) override {
-    const std::uint64_t end = ForwardingBackend::measure_matter(cells);
-    measured += end - cells.begin;
+  std::uint64_t measure(measurement::Id id, IndexRange elements) override {
+    const std::uint64_t end = ForwardingBackend::measure(id, elements);
+    if (id == measurement::scattering) measured += end - elements.begin;
     return end;
   }
   std::uint64_t measured = 0;

@@ -48,8 +48,13 @@ std::vector<double> matter(const Tallies& tallies, const std::vector<std::uint64
   std::vector<std::int64_t> sums(scene.cells.count());
   std::visit(
       [&]<class Medium>(const Medium& medium) {
-        const MatterPass<Medium> pass{
-            medium, seed, scene.cells, scene.cell_size, strata, scene.matter_scale, sums.data()};
+        const MatterPass<Medium> pass{.medium = medium,
+                                      .seed = seed,
+                                      .cells = scene.cells,
+                                      .cell_size = scene.cell_size,
+                                      .strata = strata,
+                                      .scale = scene.matter_scale,
+                                      .matter = sums.data()};
         for (const std::uint64_t cell : cells) pass(cell);
       },
       scene.medium);

@@ -48,7 +48,7 @@ void expect_same_through_other_cameras(const MakeBackend& make) {
     const Scene& scene = cameras[i % cameras.size()];
     renderer.look(scene);
     EXPECT_FALSE(renderer.has_picture());
-    EXPECT_EQ(renderer.part().depth_pixels, 0u);
+    EXPECT_EQ(renderer.part().measured[measurement::depth].done, 0u);
     ASSERT_TRUE(renderer.run());
     expect_same(renderer.result(), render(scene, *make_cpu_backend()));
   }

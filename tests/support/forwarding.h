@@ -19,13 +19,13 @@ class ForwardingBackend : public Backend {
     cpu_->load(scene, stop, pause);
   }
   std::uint64_t shoot(IndexRange photons) override { return cpu_->shoot(photons); }
-  std::uint64_t measure_matter(IndexRange cells) override { return cpu_->measure_matter(cells); }
-  std::uint64_t measure_depth(IndexRange pixels) override { return cpu_->measure_depth(pixels); }
+  std::uint64_t measure(measurement::Id id, IndexRange elements) override {
+    return cpu_->measure(id, elements);
+  }
   std::uint64_t gather(IndexRange pixels, SampleRange samples) override {
     return cpu_->gather(pixels, samples);
   }
-  std::vector<std::int64_t> take_matter() override { return cpu_->take_matter(); }
-  std::vector<float> take_depth() override { return cpu_->take_depth(); }
+  std::vector<std::int64_t> take(measurement::Id id) override { return cpu_->take(id); }
   std::vector<std::int64_t> take_illumination() override { return cpu_->take_illumination(); }
   std::vector<std::int64_t> take_detectors() override { return cpu_->take_detectors(); }
   Account take_account() override { return cpu_->take_account(); }

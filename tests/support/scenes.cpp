@@ -31,10 +31,10 @@ Tallies run(const Scene& scene, bool measure, const MajorantTables* bounds = nul
   if (bounds) replace(out.scene.tables, *bounds);
   backend->load(out.scene, {});
   backend->shoot({0, scene.photons});
-  if (measure) backend->measure_matter({0, out.scene.cells.count()});
+  if (measure) backend->measure(measurement::scattering, {0, out.scene.cells.count()});
   out.account = backend->take_account();
   out.illumination = backend->take_illumination();
-  out.matter = backend->take_matter();
+  out.matter = backend->take(measurement::scattering);
   return out;
 }
 

@@ -16,8 +16,8 @@ std::vector<float> depths(const Scene& scene) {
   const PreparedScene prepared = prepare(scene, 0);
   const auto backend = make_cpu_backend();
   backend->load(prepared, {});
-  backend->measure_depth({0, prepared.pixels()});
-  return backend->take_depth();
+  backend->measure(measurement::depth, {0, prepared.pixels()});
+  return measurement::elements<float>(backend->take(measurement::depth), prepared.pixels());
 }
 
 Scene seen(scene::Component matter, glm::dvec3 position, glm::dvec3 look_at) {

@@ -1,13 +1,14 @@
 /// \file
 /// What runs the passes: the CPU's threads or a CUDA device. A backend owns the tallies while it
 /// works; all of them are integers, so any split of the ranges over calls and backends adds up to
-/// the same.
+/// equal sums.
 #pragma once
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "tyndall/render/measurement.h"
 #include "tyndall/render/parallel.h"
 #include "tyndall/transport/film.h"
 
@@ -41,7 +42,7 @@ class Backend {
   virtual std::string name() const = 0;
   /// Of the host, for what is prepared there.
   virtual int threads() const = 0;
-  /// Of each noise, for the same: see NoiseTable.
+  /// Points of the table of each noise, which the host prepares: see NoiseTable.
   virtual double table_points() const = 0;
   /// Indices of a pass in the first call, which nobody has timed yet: as many as keep it busy.
   virtual std::uint64_t first_batch() const { return 1024; }
@@ -53,14 +54,15 @@ class Backend {
   virtual void load(const PreparedScene& scene, const Stop& stop, const Stop& pause = {}) = 0;
   // \return the end of what is done.
   virtual std::uint64_t shoot(IndexRange photons) = 0;
-  virtual std::uint64_t measure_matter(IndexRange cells) = 0;
-  virtual std::uint64_t measure_depth(IndexRange pixels) = 0;
+  /// \param elements cells or pixels, each of which is measured once
+  virtual std::uint64_t measure(measurement::Id id, IndexRange elements) = 0;
   /// \param pixels of PreparedScene::pixels_to_gather()
   virtual std::uint64_t gather(IndexRange pixels, SampleRange samples) = 0;
 
   // Since the last call:
-  virtual std::vector<std::int64_t> take_matter() = 0;        ///< see MatterPass::matter
-  virtual std::vector<float> take_depth() = 0;                ///< see DepthPass::depth
+  /// All elements of a measurement, one after the other in 64-bit words. Those that were not
+  /// measured since are 0, so that words add up.
+  virtual std::vector<std::int64_t> take(measurement::Id id) = 0;
   virtual std::vector<std::int64_t> take_illumination() = 0;  ///< see IlluminationTally::sums
   virtual std::vector<std::int64_t> take_detectors() = 0;     ///< see Detectors::sums
   virtual Account take_account() = 0;
@@ -69,7 +71,7 @@ class Backend {
   /// Takes the grid that gather() reads; empty for none.
   virtual void illuminate(const std::vector<float>& numerator,
                           const std::vector<float>& denominator) = 0;
-  /// The same with the light that take_illumination() gave last, of photons of `photon_power` [W].
+  /// Takes the light that take_illumination() gave last, of photons of `photon_power` [W].
   /// \return false where that is not at hand any more: nothing is changed.
   virtual bool illuminate_with_taken(double photon_power, const std::vector<float>& denominator) {
     static_cast<void>(photon_power), static_cast<void>(denominator);

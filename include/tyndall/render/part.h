@@ -58,16 +58,18 @@ struct Frame {
   double shot_power = 0;                                     ///< [W] of all photons together
   double unshot_power[3] = {};                               ///< see RenderResult
   std::uint64_t cells = 0;                                   ///< of the grid; 0: there is none
-  std::uint64_t light_words = 0;        ///< of a replicate's light; 0: the same
-  Detectors detectors;                  ///< without memory
-  double longest_path = 0;              ///< [length] of its histogram
-  std::vector<std::string> warnings;    ///< about the scene
+  std::uint64_t light_words = 0;                             ///< of a replicate's light; 0: no grid
+  Detectors detectors;                                       ///< without memory
+  double longest_path = 0;                                   ///< [length] of its histogram
+  std::vector<std::string> warnings;                         ///< about the scene
   std::vector<std::string> dim_lights;  ///< names for the warning about unlit replicates
                                         ///< them
 
   std::uint64_t pixels() const {
     return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
   }
+  /// Elements of a measurement.
+  std::uint64_t count(std::size_t id) const { return measurement::rows[id].count(cells, pixels()); }
   /// The photons, and the samples, of replicate `r`.
   IndexRange photons_of(int r) const;
   IndexRange samples_of(int r) const;
@@ -85,36 +87,42 @@ struct Replicate {
   std::vector<std::int64_t> film;  ///< [pixels][3] sums of its samples; empty: none
 };
 
+/// What is measured of the scene, element by element in order.
+struct Measured {
+  std::vector<std::int64_t> words;  ///< see Backend::take(); empty: none, or let go
+  std::uint64_t done = 0;           ///< elements that are measured, the first ones
+};
+
+/// Samples under way, of which not every pixel has all: no part of the picture yet.
+struct Slice {
+  int replicate = -1;        ///< whose; -1: there is no slice
+  IndexRange samples{0, 0};  ///< of the replicate
+  std::uint64_t pixels = 0;  ///< that have them all, the first ones
+  FilmTallies film{};
+  Account gathered{};
+};
+
 struct Partial {
   Frame frame;
   std::vector<Replicate> replicates;  ///< [frame.replicates]
   FilmTallies film;                   ///< of all replicates; no pixels: no samples yet
   std::uint64_t matter_hash = 0;      ///< of MatterPass::matter; 0: not all is measured
+  measurement::Each<Measured> measured;
+  Slice slice;
 
-  // What is measured, in order:
-  std::vector<std::int64_t> matter;  ///< [frame.cells] MatterPass::matter; empty: none, or let go
-  std::uint64_t matter_cells = 0;    ///< the first of the cells of `matter`, which are measured
-  std::vector<float> depth;          ///< see DepthPass::depth; empty: none
-  std::uint64_t depth_pixels = 0;    ///< the first of the pixels of `depth`
-
-  // Samples under way, of which not every pixel has all: no part of the picture yet.
-  int slice_replicate = -1;        ///< whose; -1: none
-  IndexRange slice{0, 0};          ///< which samples
-  std::uint64_t slice_pixels = 0;  ///< the first of the pixels that have them all
-  FilmTallies slice_film;
-  Account slice_gathered;
-
+  Replicate& replicate(int r) { return replicates[static_cast<std::size_t>(r)]; }
+  const Replicate& replicate(int r) const { return replicates[static_cast<std::size_t>(r)]; }
   /// Those that count: which have samples, or all where none has. Photons whose light nobody has
   /// read yet are no part of a picture.
   std::vector<const Replicate*> counted() const;
   Ranges photons() const;    ///< of those
-  Ranges samples() const;    ///< the same
+  Ranges samples() const;    ///< of those
   bool is_complete() const;  ///< whether it is the whole result
-  bool has_depth() const { return depth_pixels == frame.pixels(); }
+  bool has(measurement::Id id) const { return measured[id].done == frame.count(id); }
 };
 
 /// \return what counts, without the light of photons where it has been read, and without the
-/// matter: a part that others can be merged with, but not gone on from.
+/// scattering coefficient: others can be merged with it, but no render goes on from it.
 Partial without_light(Partial part);
 
 /// Adds `count` values up, modulo 2^64: those of a damaged part may be any.
@@ -124,7 +132,7 @@ void add_to(std::vector<std::int64_t>& sums, std::vector<std::int64_t>&& more);
 void add_to(FilmTallies& sums, FilmTallies&& more);
 
 /// \return photons that both have, in replicates of which neither has samples: two parts that were
-/// shot twice. (Parts with samples may share the photons that these read.)
+/// shot twice. (Samples of both may have read the same photons.)
 Ranges shot_twice(const Partial& a, const Partial& b);
 
 /// Takes up what `other` has. \throws Error(input_missing) where both have the same photons or
@@ -137,13 +145,13 @@ std::uint64_t light_hash(const Replicate& replicate);
 /// \return a hash of the tallies.
 std::uint64_t hash_tallies(const Partial& part);
 
-/// \return how many replicates have samples, but hardly any photons that met matter or a ground,
+/// \return how many replicates have samples, but hardly any photons that hit medium or ground,
 /// although the camera's paths did: the light that they lack is no noise that their spread shows.
 int unlit_replicates(const Partial& part);
 
 /// Standard error of the picture's mean luminance over mean, root of mean square over the pixels
-/// that met matter: noise, not bias. \return infinity where fewer than two replicates have samples,
-/// or where one of them is unlit.
+/// that hit the medium: noise, not bias. \return infinity where fewer than two replicates have
+/// samples, or where one of them is unlit.
 double relative_noise(const Partial& part);
 
 /// Whether that is below `limit`: the one place where noise ends a render. The spread of few

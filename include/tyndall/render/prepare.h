@@ -65,6 +65,17 @@ struct PreparedScene {
             static_cast<int>(clumps.size())};
   }
 
+  /// Its film, in the memory of a backend.
+  Film film(PixelTally* tallies, std::int64_t* clamped, std::int64_t* group_sums) const {
+    return {.width = film_width,
+            .height = film_height,
+            .unit = film_unit,
+            .pixels = tallies,
+            .clamped = clamped,
+            .groups = groups.empty() ? nullptr : group_sums,
+            .group_count = static_cast<int>(groups.size())};
+  }
+
   std::size_t pixels() const {
     return static_cast<std::size_t>(film_width) * static_cast<std::size_t>(film_height);
   }

@@ -36,11 +36,11 @@ enum class Moment {
 
 struct RenderOptions {
   std::function<void(const Progress&)> progress;  ///< called now and then, by the calling thread
-  Stop stop;                                      ///< true ends the render, which throws Stopped
+  /// True interrupts the render: the batch under way ends early, and go_on is asked. Where there is
+  /// no go_on, or nothing to keep yet, the render throws Stopped.
+  Stop stop;
   /// False ends the render in order.
   std::function<bool(Renderer&, Moment)> go_on;
-  /// True ends the batch under way early, and go_on is asked.
-  Stop pause;
   std::uint64_t batch =
       0;  ///< photons or samples per batch, 0: the backend's choice; never changes the result
   /// Those alone. Photons without samples are only shot; samples without photons have those of
@@ -68,7 +68,8 @@ struct Hashes {
 };
 
 struct PassSeconds {
-  double bounds = 0, photons = 0, matter = 0, pixels = 0, depth = 0;
+  double bounds = 0, photons = 0, pixels = 0;
+  measurement::Each<double> measured{};
 };
 
 struct RenderResult {
