@@ -160,11 +160,11 @@ class Batch {
       audit_.octaves += lookups.octaves;
       audit_.violations += lookups.violations;
     }
-    if (const NoiseCloud* cloud = noise_cloud(component.field)) {
+    const bool is_squeezed = if_squeezable(component.field, [&](const auto& field) {
       audit_.octaves +=
-          stages_.decide(some_, lanes_, *cloud, component.to_field, component.extinction);
-      return;
-    }
+          stages_.decide(some_, lanes_, field, component.to_field, component.extinction);
+    });
+    if (is_squeezed) return;
     Lookups lookups;
     for (int m = 0; m < some_.count; ++m) {
       lanes_.real[some_.lane[m]] =
@@ -384,10 +384,9 @@ class MatterBatch {
     for (int c = 0; c < pass_.medium.count(); ++c) {
       const auto& component = pass_.medium.component(c);
       if (!component.scatters()) continue;
-      if (const NoiseCloud* cloud = noise_cloud(component.field)) {
-        add_cloud(*cloud, component, sums);
-        continue;
-      }
+      const bool is_squeezed = if_squeezable(
+          component.field, [&](const auto& field) { add_squeezed(field, component, sums); });
+      if (is_squeezed) continue;
       TreeNodes nodes;
       for (int m = 0; m < points_.count; ++m) {
         const float sigma_t = component.sigma_t({points_.x[m], points_.y[m], points_.z[m]}, nodes);
@@ -398,9 +397,9 @@ class MatterBatch {
     points_.count = 0;
   }
 
-  /// Decides first which points are in the cloud: few octaves do.
-  template <class Component>
-  void add_cloud(const NoiseCloud& cloud, const Component& component, float* sums) {
+  /// Decides first which points are within the component: few octaves do.
+  template <Squeezable Field, class Component>
+  void add_squeezed(const Field& field, const Component& component, float* sums) {
     some_.count = points_.count;
     for (int m = 0; m < points_.count; ++m) {
       some_.x[m] = lanes_.x[m] = points_.x[m];
@@ -410,7 +409,7 @@ class MatterBatch {
       some_.lane[m] = m;
       lanes_.real[m] = 0;
     }
-    stages_.decide(some_, lanes_, cloud, component.to_field, component.extinction);
+    stages_.decide(some_, lanes_, field, component.to_field, component.extinction);
     inside_.count = 0;
     for (int m = 0; m < points_.count; ++m) {
       if (lanes_.real[m] == 0) continue;
@@ -419,7 +418,7 @@ class MatterBatch {
       inside_.y[n] = points_.y[m];
       inside_.z[n] = points_.z[m];
     }
-    stages_.extinction(inside_, cloud, component.to_field, component.extinction);
+    stages_.extinction(inside_, field, component.to_field, component.extinction);
     int n = 0;
     for (int m = 0; m < points_.count; ++m)
       if (lanes_.real[m] != 0) sums[m] = sums[m] + inside_.sigma_t[n++];
@@ -465,10 +464,8 @@ void run_lanes(const MatterPass<Medium>& pass, std::uint64_t begin, std::uint64_
                           const Stop&, const std::string&);                                     \
   template void run_lanes(const MatterPass<Medium>&, std::uint64_t, std::uint64_t, const Stop&, \
                           const std::string&);
-TYNDALL_INSTANTIATE(SingleMedium<Solid>)
-TYNDALL_INSTANTIATE(SingleMedium<NoiseCloud>)
-TYNDALL_INSTANTIATE(SingleMedium<DenseGrid>)
-TYNDALL_INSTANTIATE(SingleMedium<SparseGrid>)
+#define TYNDALL_INSTANTIATE_SINGLE(Field, name) TYNDALL_INSTANTIATE(SingleMedium<Field>)
+TYN_FOR_EACH_FIELD(TYNDALL_INSTANTIATE_SINGLE)
 TYNDALL_INSTANTIATE(MixedMedium)
 
 }  // namespace tyndall

@@ -418,25 +418,10 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
 
   if (components.size() == 1) {
     const Component<AnyField>& c = out.components[0];
-    const auto single = [&](const auto& field) {
-      using Field = std::decay_t<decltype(field)>;
+    c.field.visit([&]<class Field>(const Field& field) {
       out.medium = SingleMedium<Field>{
           grid, whole, {field, c.to_field, c.extinction, c.albedo, c.phase, c.emission}};
-    };
-    switch (c.field.kind) {
-      case AnyField::Kind::solid:
-        single(c.field.solid);
-        break;
-      case AnyField::Kind::noise_cloud:
-        single(c.field.noise_cloud);
-        break;
-      case AnyField::Kind::dense_grid:
-        single(c.field.dense_grid);
-        break;
-      case AnyField::Kind::sparse_grid:
-        single(c.field.sparse_grid);
-        break;
-    }
+    });
   } else {
     out.medium =
         MixedMedium{grid, whole, out.components.data(), static_cast<int>(out.components.size())};

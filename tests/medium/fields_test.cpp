@@ -337,6 +337,8 @@ TEST(NoiseCloud, positions_beyond_the_lattice_do_no_harm) {
 
 // ---- Any of them
 
+static_assert(Squeezable<NoiseCloud> && !Squeezable<Solid> && !Squeezable<AnyField>);
+
 TEST(AnyField, gives_the_density_of_the_field_it_holds) {
   const Solid solid = shapes()[2].solid;
   const NoiseCloud cloud = plume();

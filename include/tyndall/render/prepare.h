@@ -16,8 +16,9 @@
 
 namespace tyndall {
 
-using AnyMedium = std::variant<SingleMedium<Solid>, SingleMedium<NoiseCloud>,
-                               SingleMedium<DenseGrid>, SingleMedium<SparseGrid>, MixedMedium>;
+#define TYN_SINGLE(Field, name) SingleMedium<Field>,
+using AnyMedium = std::variant<TYN_FOR_EACH_FIELD(TYN_SINGLE) MixedMedium>;
+#undef TYN_SINGLE
 using AnySampler = std::variant<SuperVoxel, Woodcock, RayMarching>;
 
 /// Bounds of all components over the super-voxels of one grid, and over all of them.

@@ -59,7 +59,7 @@ class Lane {
     // The tentative collision that is being decided:
     int component;
     float v;
-    NoiseCloud::Squeeze squeeze;
+    Squeeze squeeze;
   };
 
   TYN_HD Lane(const Pass& pass, const Saved& saved)
@@ -104,27 +104,26 @@ class Lane {
     now_.component = pass_.medium.choose(grid_, tracker_.cell(), now_.v);
     if (now_.component == virtual_particle) return meet(false);
     const auto& component = pass_.medium.component(now_.component);
-    const NoiseCloud* cloud = noise_cloud(component.field);
-    if (!cloud) {
-      return meet(is_real(grid_, now_.component, component, tracker_.cell(), now_.v,
-                          tracker_.position(), lookups_,
-                          is_audited() ? Decision::audited : Decision::squeezed));
-    }
-    if (now_.v < grid_.lower[bounds()]) return meet(true);
-    ++lookups_.lookups;
-    now_.squeeze =
-        cloud->begin_squeeze(component.to_field(tracker_.position()), component.extinction, now_.v);
-    now_.stage = Stage::add_octave;
-    decide(*cloud, component.extinction);
+    const bool is_squeezed = if_squeezable(component.field, [&](const auto& field) {
+      if (now_.v < grid_.lower[bounds()]) return meet(true);
+      ++lookups_.lookups;
+      now_.squeeze = field.begin_squeeze(component.to_field(tracker_.position()),
+                                         component.extinction, now_.v);
+      now_.stage = Stage::add_octave;
+      decide(field, component.extinction);
+    });
+    if (is_squeezed) return;
+    meet(is_real(grid_, now_.component, component, tracker_.cell(), now_.v, tracker_.position(),
+                 lookups_, is_audited() ? Decision::audited : Decision::squeezed));
   }
 
   TYN_HD void add_octave() {
     const auto& component = pass_.medium.component(now_.component);
-    const NoiseCloud* cloud = noise_cloud(component.field);
-    if (!cloud) return;  // no lane of other fields gets here
-    ++lookups_.octaves;
-    cloud->add_octave(now_.squeeze, component.extinction, now_.v);
-    decide(*cloud, component.extinction);
+    if_squeezable(component.field, [&](const auto& field) {
+      ++lookups_.octaves;
+      field.add_octave(now_.squeeze, component.extinction, now_.v);
+      decide(field, component.extinction);
+    });
   }
 
   TYN_HD void collide() {
@@ -175,12 +174,13 @@ class Lane {
   }
 
   // An audited decision takes all octaves.
-  TYN_HD void decide(const NoiseCloud& cloud, float extinction) {
-    const NoiseCloud::Squeeze& s = now_.squeeze;
+  template <Squeezable Field>
+  TYN_HD void decide(const Field& field, float extinction) {
+    const Squeeze& s = now_.squeeze;
     const bool audits = is_audited();
-    if (audits ? s.octaves < cloud.octaves : s.answer == NoiseCloud::Squeeze::Answer::open) return;
-    const bool real = s.answer == NoiseCloud::Squeeze::Answer::yes;
-    meet(audits ? audit(grid_, bounds(), extinction * cloud.squeezed_density(s), now_.v, real,
+    if (audits ? s.octaves < field.octave_count() : s.answer == Squeeze::Answer::open) return;
+    const bool real = s.answer == Squeeze::Answer::yes;
+    meet(audits ? audit(grid_, bounds(), extinction * field.squeezed_density(s), now_.v, real,
                         lookups_)
                 : real);
   }
