@@ -89,7 +89,7 @@ constexpr Numbers numbers = [] {
   const int used = whole_registers(s.used);
   for (int l = 0; l < used; ++l) s.component[l] = virtual_particle;
   for (int c = 0; c < grid.components; ++c) {
-    const float* upper = grid.upper + static_cast<std::size_t>(c) * grid.cells();
+    const float* upper = grid.upper + static_cast<std::size_t>(c) * grid.count();
     INDEPENDENT
     for (int l = 0; l < used; ++l) {
       const float sigma_maj = upper[s.cell[l]];
@@ -127,7 +127,7 @@ constexpr Numbers numbers = [] {
     s.component[l] = 0;
   }
   if (grid.components > 1) choose(s, grid);
-  const std::int32_t cells = static_cast<std::int32_t>(grid.cells());
+  const std::int32_t cells = static_cast<std::int32_t>(grid.count());
   INDEPENDENT
   for (int l = 0; l < used; ++l) {
     const bool asks = (s.state[l] == Lanes::arrived) & (s.component[l] >= 0);
@@ -270,11 +270,8 @@ constexpr Numbers numbers = [] {
     return;
   }
   for (int l = 0; l < used; ++l) {
-    s.illumination_cell[l] =
-        (MajorantGrid::coordinate(s.z[l], cells.inverse_cell_size.z, cells.nz) * cells.ny
-         + MajorantGrid::coordinate(s.y[l], cells.inverse_cell_size.y, cells.ny))
-            * cells.nx
-        + MajorantGrid::coordinate(s.x[l], cells.inverse_cell_size.x, cells.nx);
+    const Cells::Place at = cells.place_of({s.x[l], s.y[l], s.z[l]});
+    s.illumination_cell[l] = cells.short_index(at.i, at.j, at.k);
   }
 }
 
@@ -320,10 +317,7 @@ template <Phase::Kind kind>
     s.origin_x[l] = real ? s.x[l] : s.origin_x[l];
     s.origin_y[l] = real ? s.y[l] : s.origin_y[l];
     s.origin_z[l] = real ? s.z[l] : s.origin_z[l];
-    const SuperVoxelWalk::Place place{
-        MajorantGrid::coordinate(s.x[l], grid.inverse_cell_size.x, grid.nx),
-        MajorantGrid::coordinate(s.y[l], grid.inverse_cell_size.y, grid.ny),
-        MajorantGrid::coordinate(s.z[l], grid.inverse_cell_size.z, grid.nz)};
+    const Cells::Place place = grid.place_of({s.x[l], s.y[l], s.z[l]});
     s.i[l] = real ? place.i : s.i[l];
     s.j[l] = real ? place.j : s.j[l];
     s.k[l] = real ? place.k : s.k[l];

@@ -136,10 +136,11 @@ class Batch {
     lanes_.origin_x[l] = o.x;
     lanes_.origin_y[l] = o.y;
     lanes_.origin_z[l] = o.z;
-    lanes_.i[l] = MajorantGrid::coordinate(o.x, grid_.inverse_cell_size.x, grid_.nx);
-    lanes_.j[l] = MajorantGrid::coordinate(o.y, grid_.inverse_cell_size.y, grid_.ny);
-    lanes_.k[l] = MajorantGrid::coordinate(o.z, grid_.inverse_cell_size.z, grid_.nz);
-    lanes_.cell[l] = static_cast<std::int32_t>(grid_.index(lanes_.i[l], lanes_.j[l], lanes_.k[l]));
+    const Cells::Place at = grid_.place_of(o);
+    lanes_.i[l] = at.i;
+    lanes_.j[l] = at.j;
+    lanes_.k[l] = at.k;
+    lanes_.cell[l] = static_cast<std::int32_t>(grid_.index(at.i, at.j, at.k));
     lanes_.distance[l] = 0.0f;
     lanes_.virtual_particles[l] = 0;
     lanes_.state[l] = Lanes::walking;

@@ -118,10 +118,8 @@ Remap view(const scene::Remap& remap) {
 }
 
 DenseGrid view(const scene::DenseGrid& grid) {
-  return {grid.values.data(),
-          grid.size[0],
-          grid.size[1],
-          grid.size[2],
+  return {{grid.size[0], grid.size[1], grid.size[2]},
+          grid.values.data(),
           grid.interpolation == scene::Interpolation::nearest,
           view(grid.remap)};
 }
@@ -455,9 +453,7 @@ PreparedScene prepare(const Scene& scene, int threads, const std::function<void(
   out.seed = scene.seed;
 
   const auto [cx, cy, cz] = plan.cells;
-  out.cells = {cx,
-               cy,
-               cz,
+  out.cells = {{cx, cy, cz},
                order,
                box,
                to_vec3f(glm::dvec3(cx, cy, cz) / extent),

@@ -178,7 +178,7 @@ struct Grid {
         for (int i = 0; i < nx; ++i) values.push_back(f(i, j, k));
       }
     }
-    view = {values.data(), nx, ny, nz, nearest, {}};
+    view = {{nx, ny, nz}, values.data(), nearest, {}};
   }
 };
 

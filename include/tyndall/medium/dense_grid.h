@@ -9,15 +9,12 @@
 namespace tyndall {
 
 /// Values at the centres of nx x ny x nz voxels of the unit cube, x fastest; 0 outside the cube.
-struct DenseGrid {
+struct DenseGrid : Cells {
   const float* values = nullptr;
-  int nx = 0, ny = 0, nz = 0;
   bool nearest = false;
   Remap remap;
 
-  TYN_HD float voxel(int i, int j, int k) const {
-    return values[(static_cast<std::size_t>(k) * ny + j) * nx + i];
-  }
+  TYN_HD float voxel(int i, int j, int k) const { return values[index(i, j, k)]; }
 
   TYN_HD float density(Vec3f p) const {
     if (!(p.x >= 0.0f && p.x <= 1.0f && p.y >= 0.0f && p.y <= 1.0f && p.z >= 0.0f && p.z <= 1.0f))
@@ -45,7 +42,7 @@ struct DenseGrid {
   /// Calls copy(pointer, count) for each array that the view reads and keeps what it returns.
   template <class Copy>
   void relocate(Copy&& copy) {
-    values = copy(values, static_cast<std::size_t>(nx) * ny * nz);
+    values = copy(values, count());
   }
 };
 

@@ -78,7 +78,7 @@ TYN_HD bool audit(const MajorantGrid& grid, std::size_t at, float sigma_t, float
 template <class Component>
 TYN_HD bool is_real(const MajorantGrid& grid, int index, const Component& component,
                     std::size_t cell, float v, Vec3f p, Lookups& lookups, Decision decision) {
-  const std::size_t at = static_cast<std::size_t>(index) * grid.cells() + cell;
+  const std::size_t at = static_cast<std::size_t>(index) * grid.count() + cell;
   if (decision != Decision::full && v < grid.lower[at]) return true;
   ++lookups.lookups;
   if (decision == Decision::squeezed) return component.exceeds(p, v, lookups);
@@ -137,7 +137,7 @@ struct MixedMedium {
 
   TYN_HD int choose(const MajorantGrid& grid, std::size_t cell, float& v) const {
     for (int i = 0; i < component_count; ++i) {
-      const float sigma_maj = grid.upper[static_cast<std::size_t>(i) * grid.cells() + cell];
+      const float sigma_maj = grid.upper[static_cast<std::size_t>(i) * grid.count() + cell];
       if (v < sigma_maj) return i;
       v = v - sigma_maj;
     }

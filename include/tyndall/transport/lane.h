@@ -194,7 +194,7 @@ class Lane {
   TYN_HD RandomStream random() const { return {pass_.seed, now_.stream, Pass::domain}; }
   TYN_HD bool is_audited() const { return tyndall::is_audited(now_.path.drawn.d); }
   TYN_HD std::size_t bounds() const {
-    return static_cast<std::size_t>(now_.component) * grid_.cells() + tracker_.cell();
+    return static_cast<std::size_t>(now_.component) * grid_.count() + tracker_.cell();
   }
 
   const Pass& pass_;

@@ -268,13 +268,12 @@ struct MatterPass {
                          (static_cast<float>(c) + uniform(r.c)) * inverse});
   }
 
-  /// \return where `share` of the edges of a cell is.
-  TYN_HD Vec3f place(std::uint64_t index, Vec3f share) const {
-    int i, j, k;
-    cells.coordinates(index, i, j, k);
+  /// \return the position at `fraction` of the edges of a cell.
+  TYN_HD Vec3f place(std::uint64_t index, Vec3f fraction) const {
+    const Cells::Place at = cells.place(index);
     return cell_size
-           * Vec3f{static_cast<float>(i) + share.x, static_cast<float>(j) + share.y,
-                   static_cast<float>(k) + share.z};
+           * Vec3f{static_cast<float>(at.i) + fraction.x, static_cast<float>(at.j) + fraction.y,
+                   static_cast<float>(at.k) + fraction.z};
   }
 
   static constexpr float rounding = 1e-3f;  ///< of places, in edges of a cell: more than enough
@@ -283,22 +282,17 @@ struct MatterPass {
   /// has what a brick has beyond the box.
   TYN_HD bool is_empty(std::uint64_t index) const {
     if (cells.bricks.table) {
-      int i, j, k;
-      cells.coordinates(index, i, j, k);
-      if (index < cells.first() || i >= cells.nx || j >= cells.ny || k >= cells.nz) return true;
+      const Cells::Place at = cells.place(index);
+      if (index < cells.first() || at.i >= cells.nx || at.j >= cells.ny || at.k >= cells.nz)
+        return true;
     }
     const Vec3f low = place(index, {-rounding, -rounding, -rounding}),
                 high = place(index, {1 + rounding, 1 + rounding, 1 + rounding});
     const MajorantGrid& grid = medium.super_voxels;
-    const int i0 = MajorantGrid::coordinate(low.x, grid.inverse_cell_size.x, grid.nx),
-              i1 = MajorantGrid::coordinate(high.x, grid.inverse_cell_size.x, grid.nx);
-    const int j0 = MajorantGrid::coordinate(low.y, grid.inverse_cell_size.y, grid.ny),
-              j1 = MajorantGrid::coordinate(high.y, grid.inverse_cell_size.y, grid.ny);
-    const int k0 = MajorantGrid::coordinate(low.z, grid.inverse_cell_size.z, grid.nz),
-              k1 = MajorantGrid::coordinate(high.z, grid.inverse_cell_size.z, grid.nz);
-    for (int k = k0; k <= k1; ++k)
-      for (int j = j0; j <= j1; ++j)
-        for (int i = i0; i <= i1; ++i)
+    const Cells::Place first = grid.place_of(low), last = grid.place_of(high);
+    for (int k = first.k; k <= last.k; ++k)
+      for (int j = first.j; j <= last.j; ++j)
+        for (int i = first.i; i <= last.i; ++i)
           if (grid.total[grid.index(i, j, k)] > 0.0f) return false;
     return true;
   }

@@ -101,11 +101,8 @@ class SuperVoxelWalk {
     return at < 0 ? low : low + 1;
   }
 
-  /// Which super-voxel a walk has got to.
-  struct Place {
-    int i, j, k;
-  };
-  TYN_HD Place place() const { return place_; }
+  using Place = Cells::Place;
+  TYN_HD Place place() const { return place_; }  ///< the super-voxel that the walk has got to
   TYN_HD float distance() const {
     return t_;
   }                                                ///< along the ray, from the last periodic side
@@ -142,9 +139,7 @@ class SuperVoxelWalk {
 
   TYN_HD void start() {
     invert();
-    place_ = {MajorantGrid::coordinate(ray_.origin.x, grid_.inverse_cell_size.x, grid_.nx),
-              MajorantGrid::coordinate(ray_.origin.y, grid_.inverse_cell_size.y, grid_.ny),
-              MajorantGrid::coordinate(ray_.origin.z, grid_.inverse_cell_size.z, grid_.nz)};
+    place_ = grid_.place_of(ray_.origin);
     t_ = 0.0f;
     find_crossings();
   }
