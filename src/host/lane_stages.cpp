@@ -83,8 +83,8 @@ constexpr Numbers numbers = [] {
   return cells;
 }
 
-/// As MixedMedium::collide: the first component whose majorants together exceed v. Leaves what v is
-/// above the others.
+/// As MixedMedium::choose(): the first component whose majorants together exceed v. Leaves what v
+/// is above the others.
 [[gnu::flatten]] void choose(Lanes& s, const MajorantGrid& grid) {
   const int used = whole_registers(s.used);
   for (int l = 0; l < used; ++l) s.component[l] = virtual_particle;
@@ -152,7 +152,7 @@ constexpr Numbers numbers = [] {
   return list(s);
 }
 
-/// Packs the open ones, and tells the lanes of the real ones.
+/// Packs the open decisions, and marks the lanes of the real collisions.
 [[gnu::always_inline]] inline void settle(Undecided& u, Lanes& s) {
   const int real = pack(u.real, u.count, Column(u.lane, s.listed));
   for (int m = 0; m < real; ++m) s.real[s.listed[m]] = 1;
@@ -165,10 +165,10 @@ constexpr Numbers numbers = [] {
 [[gnu::always_inline]] inline void add_octave(Undecided& u, int count, std::uint32_t seed,
                                               float amplitude) {
   for (int m = 0; m < count; ++m) {
-    const Vec3f p{2.0f * u.x[m], 2.0f * u.y[m], 2.0f * u.z[m]};
-    const float noise = u.noise[m] + amplitude * gradient_noise(p, seed);
-    const float rest = u.rest[m] - noise_bound * amplitude;
-    const bool open = !(abs(noise - u.threshold[m]) > rest);
+    Vec3f p{u.x[m], u.y[m], u.z[m]};
+    float noise = u.noise[m], rest = u.rest[m];
+    NoiseCloud::add_to(p, noise, rest, seed, amplitude);
+    const bool open = !NoiseCloud::is_settled(noise, u.threshold[m], rest);
     u.x[m] = p.x;
     u.y[m] = p.y;
     u.z[m] = p.z;
@@ -192,7 +192,8 @@ constexpr Numbers numbers = [] {
     const float rest = NoiseCloud::widened(total, body, threshold);
     // Numbers, not bools: GCC 12 makes no lanes of a loop whose bools it folds into one another.
     const std::int32_t may = u.v[m] < extinction ? 1 : 0;
-    const std::int32_t far = abs(threshold) > rest ? 1 : 0, below = threshold < 0.0f ? 1 : 0;
+    const std::int32_t far = NoiseCloud::is_settled(0.0f, threshold, rest) ? 1 : 0,
+                       below = threshold < 0.0f ? 1 : 0;
     u.x[m] = p.x;
     u.y[m] = p.y;
     u.z[m] = p.z;
@@ -210,7 +211,7 @@ constexpr Numbers numbers = [] {
       float noise;
       const bool found = table.look_up(p, noise);
       const float rest = NoiseCloud::widened(table.half, field.shape(p), u.threshold[m]);
-      const bool decided = found & (abs(noise - u.threshold[m]) > rest);
+      const bool decided = found & NoiseCloud::is_settled(noise, u.threshold[m], rest);
       u.open[m] = decided ? 0 : 1;
       u.real[m] = decided & (noise > u.threshold[m]) ? 1 : 0;
     }
@@ -332,6 +333,7 @@ template <Phase::Kind kind>
   }
 }
 
+/// As fractal_noise(), with the points in the inner loop.
 [[gnu::flatten]] void extinction(MatterPoints& points, const NoiseCloud& f, const Affine& a,
                                  float extinction) {
   const NoiseCloud field = f;

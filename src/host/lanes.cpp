@@ -242,7 +242,7 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
 
   bool leave(int l, const Flight& flight, Path& path) {
     const RandomStream random{pass_.seed, lanes_.index[l], Pass::domain};
-    Burden burden{weight(l), lanes_.group[l], lanes_.scores[l] != 0, tracks_[l]};
+    Burden burden = carried(l);
     return pass_.leave(burden, flight, random, path) && carry(l, burden);
   }
 
@@ -260,22 +260,13 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
   }
 
   bool collide(int l, int c) {
-    const auto& component = pass_.medium.component(c);
-    if (pass_.detectors.sums) tracks_[l].length = tracks_[l].length + lanes_.distance[l];
-    if (tracks_[l].scatterings++ == 0) ++this->audit_.lit;
-    Vec3f w = weight(l);
-    if (component.scatters() && lanes_.scores[l]) {
-      pass_.illumination.score(static_cast<std::size_t>(lanes_.illumination_cell[l]),
-                               this->direction(l), w, lanes_.group[l]);
-    }
-    lanes_.scores[l] = 1;
-    if (component.albedo.x == 1.0f && component.albedo.y == 1.0f && component.albedo.z == 1.0f)
-      return true;
     const RandomStream random{pass_.seed, lanes_.index[l], Pass::domain};
-    if (!pass_.survive(c, component.albedo, this->position(l), random, lanes_.event[l], w))
-      return false;
-    set_weight(l, w);
-    return true;
+    const Flight flight{Flight::End::collided, c, 0, lanes_.distance[l]};
+    const auto cell = [&] { return static_cast<std::size_t>(lanes_.illumination_cell[l]); };
+    Burden burden = carried(l);
+    return pass_.interact(burden, flight, {this->position(l), this->direction(l)}, random,
+                          lanes_.event[l], cell)
+           && carry(l, burden);
   }
 
   void after() {
@@ -288,22 +279,24 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
  private:
   using Base::lanes_;
 
-  Vec3f weight(int l) const { return {lanes_.weight_x[l], lanes_.weight_y[l], lanes_.weight_z[l]}; }
+  Burden carried(int l) const {
+    return {{lanes_.weight_x[l], lanes_.weight_y[l], lanes_.weight_z[l]},
+            lanes_.group[l],
+            lanes_.scores[l] != 0,
+            tracks_[l]};
+  }
   bool carry(int l, const Burden& burden) {
-    set_weight(l, burden.weight);
+    lanes_.weight_x[l] = burden.weight.x;
+    lanes_.weight_y[l] = burden.weight.y;
+    lanes_.weight_z[l] = burden.weight.z;
     lanes_.group[l] = burden.group;
     lanes_.scores[l] = burden.scores;
     tracks_[l] = burden.track;
     return true;
   }
-  void set_weight(int l, Vec3f w) {
-    lanes_.weight_x[l] = w.x;
-    lanes_.weight_y[l] = w.y;
-    lanes_.weight_z[l] = w.z;
-  }
 
   const Pass& pass_;
-  Track tracks_[Lanes::size];  ///< kept where there are detectors
+  Track tracks_[Lanes::size];
 };
 
 /// Samples of the picture.

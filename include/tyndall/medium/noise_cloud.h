@@ -74,7 +74,7 @@ struct NoiseCloud {
     if (v >= extinction) {
       s.answer = Squeeze::Answer::no;
     } else if (table.values && table.look_up(s.p, tabulated)
-               && abs(tabulated - s.threshold) > widened(table.half, s.shape, s.threshold)) {
+               && is_settled(tabulated, s.threshold, widened(table.half, s.shape, s.threshold))) {
       s.answer = tabulated > s.threshold ? Squeeze::Answer::yes : Squeeze::Answer::no;
     } else {
       s.rest = widened(fractal_noise_bound(octaves, gain), s.shape, s.threshold);
@@ -85,11 +85,23 @@ struct NoiseCloud {
 
   TYN_HD void add_octave(Squeeze& s, float extinction, float v) const {
     ++s.octaves;
-    s.p = 2.0f * s.p;
-    s.sum = s.sum + s.amplitude * gradient_noise(s.p, octave_seed(seed, s.octaves));
-    s.rest = s.rest - noise_bound * s.amplitude;
+    add_to(s.p, s.sum, s.rest, octave_seed(seed, s.octaves), s.amplitude);
     s.amplitude = s.amplitude * gain;
     settle(s, extinction, v);
+  }
+
+  // What all drivers make decisions of.
+
+  /// Adds an octave. \param p doubled by each \param rest bound of the octaves to come
+  TYN_HD static void add_to(Vec3f& p, float& sum, float& rest, std::uint32_t lattice_seed,
+                            float amplitude) {
+    p = 2.0f * p;
+    sum = sum + amplitude * gradient_noise(p, lattice_seed);
+    rest = rest - noise_bound * amplitude;
+  }
+  /// Whether the octaves to come leave a sum on its side of the threshold.
+  TYN_HD static bool is_settled(float sum, float threshold, float rest) {
+    return abs(sum - threshold) > rest;
   }
 
   TYN_HD float squeezed_density(const Squeeze& s) const { return transfer(s.sum, s.shape); }
@@ -116,7 +128,7 @@ struct NoiseCloud {
  private:
   // Without branches: lanes settle together.
   TYN_HD void settle(Squeeze& s, float extinction, float v) const {
-    const bool all = s.octaves == octaves, sure = abs(s.sum - s.threshold) > s.rest;
+    const bool all = s.octaves == octaves, sure = is_settled(s.sum, s.threshold, s.rest);
     const bool above = s.sum > s.threshold, exceeds = v < extinction * squeezed_density(s);
     const bool open = s.answer == Squeeze::Answer::open;
     const Squeeze::Answer answer =

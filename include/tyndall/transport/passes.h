@@ -55,8 +55,7 @@ TYN_HD Scattering scatter(Vec3f weight, Vec3f albedo, const RandomStream& random
 
 /// The next flight of a path that `face`, a ground, reflects: into directions of density cosine/pi.
 TYN_HD void reflect(const Box& box, Face face, const RandomStream& random, Path& path) {
-  path.drawn = random.block(++path.event, Purpose::walk);
-  path.tau = exponential(path.drawn.b);
+  path.draw(random);
   path.ray = {onto_face(box, face, path.ray.origin),
               direction_around(inward_normal(face), sqrt(uniform_symmetric(path.drawn.c)),
                                uniform_symmetric(path.drawn.d))};
@@ -153,29 +152,41 @@ struct ShootPass {
     return true;
   }
 
-  /// Where it ended in matter.
+  /// Where the flight of a photon ended at a real collision.
   TYN_HD bool collide(Burden& burden, const Flight& flight, const RandomStream& random,
                       Path& path) const {
+    const auto cell = [&] { return illumination.cells.cell_of(path.ray.origin); };
+    if (!interact(burden, flight, path.ray, random, path.event, cell)) return false;
+    path.ray.direction = medium.component(flight.component)
+                             .phase.sample(path.ray.direction, uniform_symmetric(path.drawn.c),
+                                           uniform_symmetric(path.drawn.d));
+    return true;
+  }
+
+  /// All of a real collision but the new direction: what the photon leaves, absorption, roulette.
+  /// \param arrival where it collides, and its direction until then \param cell () -> the cell of
+  /// the illumination grid there \return false where the collision ends the photon.
+  template <class Cell>
+  TYN_HD bool interact(Burden& burden, const Flight& flight, const Ray& arrival,
+                       const RandomStream& random, std::uint32_t event, Cell&& cell) const {
     burden.track.length = burden.track.length + flight.length;
     if (burden.track.scatterings++ == 0) deposit(accounts.own().audit.lit, 1);
     const auto& component = medium.component(flight.component);
     if (component.scatters() && burden.scores)
-      illumination.score(path.ray.origin, path.ray.direction, burden.weight, burden.group);
+      illumination.score(cell(), arrival.direction, burden.weight, burden.group);
     burden.scores = true;
-    if (!survive(flight.component, component.albedo, path.ray.origin, random, path.event,
-                 burden.weight))
-      return false;
-    path.ray.direction = component.phase.sample(path.ray.direction, uniform_symmetric(path.drawn.c),
-                                                uniform_symmetric(path.drawn.d));
-    return true;
+    return survive(flight.component, component.albedo, arrival.origin, random, event,
+                   burden.weight);
   }
 
   /// All is written down by then.
   TYN_HD void end(const Burden&) const {}
 
+ private:
   /// Absorption and roulette at a collision at `p`. \return false where they end the photon.
   TYN_HD bool survive(int component, Vec3f albedo, Vec3f p, const RandomStream& random,
                       std::uint32_t event, Vec3f& weight) const {
+    if (albedo.x == 1.0f && albedo.y == 1.0f && albedo.z == 1.0f) return true;  // as it is
     const Scattering next = scatter(weight, albedo, random, event);
     Ledger& ledger = accounts.own().ledger;
     std::int64_t absorbed[3];

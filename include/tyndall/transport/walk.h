@@ -172,6 +172,12 @@ struct Path {
   std::uint32_t event;  ///< tentative collisions and reflections of the whole path so far
   RandomBlock drawn;    ///< of the last one: accept, tau of the next flight, two for a direction
   float reach = largest_float;  ///< [length] the flight ends there: that of a shadow walk
+
+  /// Draws for a tentative collision or a reflection, and for the flight after it.
+  TYN_HD void draw(const RandomStream& random) {
+    drawn = random.block(++event, Purpose::walk);
+    tau = exponential(drawn.b);
+  }
 };
 
 /// Which squeezed decisions are audited: one in 256, by bits of the block's last word that nothing
@@ -222,8 +228,7 @@ class Tracker {
   /// Draws for a tentative collision. \return what the extinction there must exceed for it to be
   /// real [1/length]
   TYN_HD float draw(Path& path, const RandomStream& random) const {
-    path.drawn = random.block(++path.event, Purpose::walk);
-    path.tau = exponential(path.drawn.b);
+    path.draw(random);
     return uniform(path.drawn.a) * grid_.total[walk_.cell()];
   }
 
@@ -369,8 +374,7 @@ class March {
     if (walk_.travelled() > path.reach) return escape();
     ++audit.tentative;
     ++audit.real;
-    path.drawn = random.block(++path.event, Purpose::walk);
-    path.tau = exponential(path.drawn.b);
+    path.draw(random);
     flight_.end = Flight::End::collided;
     flight_.component = choose(medium, middle, uniform(path.drawn.a) * sigma_t, nodes);
     return false;
