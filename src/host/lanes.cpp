@@ -21,7 +21,7 @@ TYNDALL_DECLARE_STAGES(v4)
 
 namespace {
 
-/// What this processor has, the widest first.
+/// The stages that this processor can run, the widest first.
 std::vector<const LaneStages*> available_stages() {
   std::vector<const LaneStages*> list;
 #if defined(TYNDALL_LANES_X86_64)
@@ -93,12 +93,12 @@ class Batch {
       idle += lanes_.state[l] == Lanes::idle;
     }
     const int under_way = lanes_.used - idle;
-    if (2 * under_way <= lanes_.used) close_ranks(under_way);
+    if (2 * under_way <= lanes_.used) compact(under_way);
     return under_way > 0;
   }
 
   /// The last paths move together: a few that scatter for long would keep all lanes busy.
-  void close_ranks(int under_way) {
+  void compact(int under_way) {
     int to = 0;
     for (int from = 0; from < lanes_.used; ++from) {
       if (lanes_.state[from] == Lanes::idle) continue;
@@ -344,7 +344,7 @@ class SampleBatch : public Batch<SampleBatch<Medium>, Medium> {
   Sight sights_[Lanes::size];
 };
 
-/// The matter of cells, the points of each side by side.
+/// Integrates the extinction of cells, the points of each side by side.
 template <class Medium>
 class MatterBatch {
  public:

@@ -26,8 +26,8 @@ inline constexpr bool has_majorants = requires(const Pass& pass) {
   pass.sampler.grid(pass.medium);
 };
 
-/// A path that waits for a lane. Paths begin apart from the lanes, many at once: what it takes is
-/// much text, which is needed once, and would cost the others registers and instruction cache.
+/// A path that waits for a lane. Paths begin in a kernel of their own, many at once: that takes a
+/// lot of code, which runs once per path and would cost the lanes registers and instruction cache.
 template <class Pass>
 struct Begun {
   std::uint64_t stream;  ///< whose random numbers it has
@@ -35,7 +35,7 @@ struct Begun {
   typename Pass::State state;
 };
 
-/// \return whether path `index` of a pass has a flight; where it has none, it is written down.
+/// \return whether path `index` of a pass has a flight; where it has none, its end is recorded.
 template <class Pass>
 TYN_HD bool begin(const Pass& pass, std::uint64_t index, Begun<Pass>& begun) {
   begun.stream = pass.stream(index);
@@ -71,7 +71,7 @@ class Lane {
   TYN_HD Saved save() const {
     Saved saved = now_;
     saved.tracker = tracker_.save();
-    // Nobody asks for these again: they need no registers between the pieces of work.
+    // Nothing reads these again: they need no registers between the pieces of work.
     saved.path.ray = {};
     saved.path.drawn.a = saved.path.drawn.b = 0;
     return saved;
@@ -205,7 +205,7 @@ class Lane {
   Lookups lookups_;
 };
 
-/// The same for flights of fixed steps, some of which are a piece.
+/// A lane whose flights go in fixed steps, some of which are a piece of work.
 template <class Pass>
 requires(!has_majorants<Pass>) class Lane<Pass> {
  public:
