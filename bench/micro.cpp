@@ -152,7 +152,7 @@ void density_grid_trilinear(benchmark::State& state) {
   std::vector<float> values;
   for (std::size_t i = 0; i < std::size_t{n} * n * n; ++i)
     values.push_back(in.weight[i % inputs].x);
-  const DenseGrid grid{values.data(), n, n, n, false, {}};
+  const DenseGrid grid{{n, n, n}, values.data(), false, {}};
   each(state, [&](std::size_t i) { return grid.density(in.point[i]); });
 }
 

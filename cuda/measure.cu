@@ -7,12 +7,10 @@ namespace tyndall {
   template std::uint64_t run_pass(const MatterPass<Medium>&, IndexRange, const Interrupts&, \
                                   Scratch&, std::uint64_t);                                 \
   template std::uint64_t run_pass(const DepthPass<Medium>&, IndexRange, const Interrupts&,  \
-                                  Scratch&, std::uint64_t)
-TYNDALL_INSTANTIATE(SingleMedium<Solid>);
-TYNDALL_INSTANTIATE(SingleMedium<NoiseCloud>);
-TYNDALL_INSTANTIATE(SingleMedium<DenseGrid>);
-TYNDALL_INSTANTIATE(SingleMedium<SparseGrid>);
-TYNDALL_INSTANTIATE(MixedMedium);
+                                  Scratch&, std::uint64_t);
+#define TYNDALL_INSTANTIATE_SINGLE(Field, name) TYNDALL_INSTANTIATE(SingleMedium<Field>)
+TYN_FOR_EACH_FIELD(TYNDALL_INSTANTIATE_SINGLE)
+TYNDALL_INSTANTIATE(MixedMedium)
 
 void require_kernels() {
   cudaFuncAttributes attributes;

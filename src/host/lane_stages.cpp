@@ -83,13 +83,13 @@ constexpr Numbers numbers = [] {
   return cells;
 }
 
-/// As MixedMedium::collide: the first component whose majorants together exceed v. Leaves what v is
-/// above the others.
+/// As MixedMedium::choose(): the first component whose majorants together exceed v. Leaves what v
+/// is above the others.
 [[gnu::flatten]] void choose(Lanes& s, const MajorantGrid& grid) {
   const int used = whole_registers(s.used);
   for (int l = 0; l < used; ++l) s.component[l] = virtual_particle;
   for (int c = 0; c < grid.components; ++c) {
-    const float* upper = grid.upper + static_cast<std::size_t>(c) * grid.cells();
+    const float* upper = grid.upper + static_cast<std::size_t>(c) * grid.count();
     INDEPENDENT
     for (int l = 0; l < used; ++l) {
       const float sigma_maj = upper[s.cell[l]];
@@ -127,7 +127,7 @@ constexpr Numbers numbers = [] {
     s.component[l] = 0;
   }
   if (grid.components > 1) choose(s, grid);
-  const std::int32_t cells = static_cast<std::int32_t>(grid.cells());
+  const std::int32_t cells = static_cast<std::int32_t>(grid.count());
   INDEPENDENT
   for (int l = 0; l < used; ++l) {
     const bool asks = (s.state[l] == Lanes::arrived) & (s.component[l] >= 0);
@@ -152,7 +152,7 @@ constexpr Numbers numbers = [] {
   return list(s);
 }
 
-/// Packs the open ones, and tells the lanes of the real ones.
+/// Packs the open decisions, and marks the lanes of the real collisions.
 [[gnu::always_inline]] inline void settle(Undecided& u, Lanes& s) {
   const int real = pack(u.real, u.count, Column(u.lane, s.listed));
   for (int m = 0; m < real; ++m) s.real[s.listed[m]] = 1;
@@ -165,10 +165,10 @@ constexpr Numbers numbers = [] {
 [[gnu::always_inline]] inline void add_octave(Undecided& u, int count, std::uint32_t seed,
                                               float amplitude) {
   for (int m = 0; m < count; ++m) {
-    const Vec3f p{2.0f * u.x[m], 2.0f * u.y[m], 2.0f * u.z[m]};
-    const float noise = u.noise[m] + amplitude * gradient_noise(p, seed);
-    const float rest = u.rest[m] - noise_bound * amplitude;
-    const bool open = !(abs(noise - u.threshold[m]) > rest);
+    Vec3f p{u.x[m], u.y[m], u.z[m]};
+    float noise = u.noise[m], rest = u.rest[m];
+    NoiseCloud::add_to(p, noise, rest, seed, amplitude);
+    const bool open = !NoiseCloud::is_settled(noise, u.threshold[m], rest);
     u.x[m] = p.x;
     u.y[m] = p.y;
     u.z[m] = p.z;
@@ -192,7 +192,8 @@ constexpr Numbers numbers = [] {
     const float rest = NoiseCloud::widened(total, body, threshold);
     // Numbers, not bools: GCC 12 makes no lanes of a loop whose bools it folds into one another.
     const std::int32_t may = u.v[m] < extinction ? 1 : 0;
-    const std::int32_t far = abs(threshold) > rest ? 1 : 0, below = threshold < 0.0f ? 1 : 0;
+    const std::int32_t far = NoiseCloud::is_settled(0.0f, threshold, rest) ? 1 : 0,
+                       below = threshold < 0.0f ? 1 : 0;
     u.x[m] = p.x;
     u.y[m] = p.y;
     u.z[m] = p.z;
@@ -210,7 +211,7 @@ constexpr Numbers numbers = [] {
       float noise;
       const bool found = table.look_up(p, noise);
       const float rest = NoiseCloud::widened(table.half, field.shape(p), u.threshold[m]);
-      const bool decided = found & (abs(noise - u.threshold[m]) > rest);
+      const bool decided = found & NoiseCloud::is_settled(noise, u.threshold[m], rest);
       u.open[m] = decided ? 0 : 1;
       u.real[m] = decided & (noise > u.threshold[m]) ? 1 : 0;
     }
@@ -270,11 +271,8 @@ constexpr Numbers numbers = [] {
     return;
   }
   for (int l = 0; l < used; ++l) {
-    s.illumination_cell[l] =
-        (MajorantGrid::coordinate(s.z[l], cells.inverse_cell_size.z, cells.nz) * cells.ny
-         + MajorantGrid::coordinate(s.y[l], cells.inverse_cell_size.y, cells.ny))
-            * cells.nx
-        + MajorantGrid::coordinate(s.x[l], cells.inverse_cell_size.x, cells.nx);
+    const Cells::Place at = cells.place_of({s.x[l], s.y[l], s.z[l]});
+    s.illumination_cell[l] = cells.short_index(at.i, at.j, at.k);
   }
 }
 
@@ -320,10 +318,7 @@ template <Phase::Kind kind>
     s.origin_x[l] = real ? s.x[l] : s.origin_x[l];
     s.origin_y[l] = real ? s.y[l] : s.origin_y[l];
     s.origin_z[l] = real ? s.z[l] : s.origin_z[l];
-    const SuperVoxelWalk::Place place{
-        MajorantGrid::coordinate(s.x[l], grid.inverse_cell_size.x, grid.nx),
-        MajorantGrid::coordinate(s.y[l], grid.inverse_cell_size.y, grid.ny),
-        MajorantGrid::coordinate(s.z[l], grid.inverse_cell_size.z, grid.nz)};
+    const Cells::Place place = grid.place_of({s.x[l], s.y[l], s.z[l]});
     s.i[l] = real ? place.i : s.i[l];
     s.j[l] = real ? place.j : s.j[l];
     s.k[l] = real ? place.k : s.k[l];
@@ -338,6 +333,7 @@ template <Phase::Kind kind>
   }
 }
 
+/// As fractal_noise(), with the points in the inner loop.
 [[gnu::flatten]] void extinction(MatterPoints& points, const NoiseCloud& f, const Affine& a,
                                  float extinction) {
   const NoiseCloud field = f;

@@ -59,8 +59,10 @@ struct MatterPoints {
   int count = 0;
 };
 
-// ---- The stages, compiled for several instruction sets: TYNDALL_ISA names each.
-
+/// The stages, compiled for several instruction sets: TYNDALL_ISA names each. They repeat what
+/// Tracker, MixedMedium::choose() and NoiseCloud::exceeds() do for one path, over arrays and
+/// without branches: compilers make SIMD loops of no other form. What a step computes is left to
+/// the functions of the core. tests/host/lanes_test.cpp compares both forms, bit for bit.
 struct LaneStages {
   const char* name;  ///< of the instruction set
 

@@ -21,7 +21,7 @@ TYNDALL_DECLARE_STAGES(v4)
 
 namespace {
 
-/// What this processor has, the widest first.
+/// The stages that this processor can run, the widest first.
 std::vector<const LaneStages*> available_stages() {
   std::vector<const LaneStages*> list;
 #if defined(TYNDALL_LANES_X86_64)
@@ -93,12 +93,12 @@ class Batch {
       idle += lanes_.state[l] == Lanes::idle;
     }
     const int under_way = lanes_.used - idle;
-    if (2 * under_way <= lanes_.used) close_ranks(under_way);
+    if (2 * under_way <= lanes_.used) compact(under_way);
     return under_way > 0;
   }
 
   /// The last paths move together: a few that scatter for long would keep all lanes busy.
-  void close_ranks(int under_way) {
+  void compact(int under_way) {
     int to = 0;
     for (int from = 0; from < lanes_.used; ++from) {
       if (lanes_.state[from] == Lanes::idle) continue;
@@ -136,10 +136,11 @@ class Batch {
     lanes_.origin_x[l] = o.x;
     lanes_.origin_y[l] = o.y;
     lanes_.origin_z[l] = o.z;
-    lanes_.i[l] = MajorantGrid::coordinate(o.x, grid_.inverse_cell_size.x, grid_.nx);
-    lanes_.j[l] = MajorantGrid::coordinate(o.y, grid_.inverse_cell_size.y, grid_.ny);
-    lanes_.k[l] = MajorantGrid::coordinate(o.z, grid_.inverse_cell_size.z, grid_.nz);
-    lanes_.cell[l] = static_cast<std::int32_t>(grid_.index(lanes_.i[l], lanes_.j[l], lanes_.k[l]));
+    const Cells::Place at = grid_.place_of(o);
+    lanes_.i[l] = at.i;
+    lanes_.j[l] = at.j;
+    lanes_.k[l] = at.k;
+    lanes_.cell[l] = static_cast<std::int32_t>(grid_.index(at.i, at.j, at.k));
     lanes_.distance[l] = 0.0f;
     lanes_.virtual_particles[l] = 0;
     lanes_.state[l] = Lanes::walking;
@@ -160,11 +161,11 @@ class Batch {
       audit_.octaves += lookups.octaves;
       audit_.violations += lookups.violations;
     }
-    if (const NoiseCloud* cloud = noise_cloud(component.field)) {
+    const bool is_squeezed = if_squeezable(component.field, [&](const auto& field) {
       audit_.octaves +=
-          stages_.decide(some_, lanes_, *cloud, component.to_field, component.extinction);
-      return;
-    }
+          stages_.decide(some_, lanes_, field, component.to_field, component.extinction);
+    });
+    if (is_squeezed) return;
     Lookups lookups;
     for (int m = 0; m < some_.count; ++m) {
       lanes_.real[some_.lane[m]] =
@@ -241,7 +242,7 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
 
   bool leave(int l, const Flight& flight, Path& path) {
     const RandomStream random{pass_.seed, lanes_.index[l], Pass::domain};
-    Burden burden{weight(l), lanes_.group[l], lanes_.scores[l] != 0, tracks_[l]};
+    Burden burden = carried(l);
     return pass_.leave(burden, flight, random, path) && carry(l, burden);
   }
 
@@ -259,22 +260,13 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
   }
 
   bool collide(int l, int c) {
-    const auto& component = pass_.medium.component(c);
-    if (pass_.detectors.sums) tracks_[l].length = tracks_[l].length + lanes_.distance[l];
-    if (tracks_[l].scatterings++ == 0) ++this->audit_.lit;
-    Vec3f w = weight(l);
-    if (component.scatters() && lanes_.scores[l]) {
-      pass_.illumination.score(static_cast<std::size_t>(lanes_.illumination_cell[l]),
-                               this->direction(l), w, lanes_.group[l]);
-    }
-    lanes_.scores[l] = 1;
-    if (component.albedo.x == 1.0f && component.albedo.y == 1.0f && component.albedo.z == 1.0f)
-      return true;
     const RandomStream random{pass_.seed, lanes_.index[l], Pass::domain};
-    if (!pass_.survive(c, component.albedo, this->position(l), random, lanes_.event[l], w))
-      return false;
-    set_weight(l, w);
-    return true;
+    const Flight flight{Flight::End::collided, c, 0, lanes_.distance[l]};
+    const auto cell = [&] { return static_cast<std::size_t>(lanes_.illumination_cell[l]); };
+    Burden burden = carried(l);
+    return pass_.interact(burden, flight, {this->position(l), this->direction(l)}, random,
+                          lanes_.event[l], cell)
+           && carry(l, burden);
   }
 
   void after() {
@@ -287,22 +279,24 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
  private:
   using Base::lanes_;
 
-  Vec3f weight(int l) const { return {lanes_.weight_x[l], lanes_.weight_y[l], lanes_.weight_z[l]}; }
+  Burden carried(int l) const {
+    return {{lanes_.weight_x[l], lanes_.weight_y[l], lanes_.weight_z[l]},
+            lanes_.group[l],
+            lanes_.scores[l] != 0,
+            tracks_[l]};
+  }
   bool carry(int l, const Burden& burden) {
-    set_weight(l, burden.weight);
+    lanes_.weight_x[l] = burden.weight.x;
+    lanes_.weight_y[l] = burden.weight.y;
+    lanes_.weight_z[l] = burden.weight.z;
     lanes_.group[l] = burden.group;
     lanes_.scores[l] = burden.scores;
     tracks_[l] = burden.track;
     return true;
   }
-  void set_weight(int l, Vec3f w) {
-    lanes_.weight_x[l] = w.x;
-    lanes_.weight_y[l] = w.y;
-    lanes_.weight_z[l] = w.z;
-  }
 
   const Pass& pass_;
-  Track tracks_[Lanes::size];  ///< kept where there are detectors
+  Track tracks_[Lanes::size];
 };
 
 /// Samples of the picture.
@@ -350,7 +344,7 @@ class SampleBatch : public Batch<SampleBatch<Medium>, Medium> {
   Sight sights_[Lanes::size];
 };
 
-/// The matter of cells, the points of each side by side.
+/// Integrates the extinction of cells, the points of each side by side.
 template <class Medium>
 class MatterBatch {
  public:
@@ -384,10 +378,9 @@ class MatterBatch {
     for (int c = 0; c < pass_.medium.count(); ++c) {
       const auto& component = pass_.medium.component(c);
       if (!component.scatters()) continue;
-      if (const NoiseCloud* cloud = noise_cloud(component.field)) {
-        add_cloud(*cloud, component, sums);
-        continue;
-      }
+      const bool is_squeezed = if_squeezable(
+          component.field, [&](const auto& field) { add_squeezed(field, component, sums); });
+      if (is_squeezed) continue;
       TreeNodes nodes;
       for (int m = 0; m < points_.count; ++m) {
         const float sigma_t = component.sigma_t({points_.x[m], points_.y[m], points_.z[m]}, nodes);
@@ -398,9 +391,9 @@ class MatterBatch {
     points_.count = 0;
   }
 
-  /// Decides first which points are in the cloud: few octaves do.
-  template <class Component>
-  void add_cloud(const NoiseCloud& cloud, const Component& component, float* sums) {
+  /// Decides first which points are within the component: few octaves do.
+  template <Squeezable Field, class Component>
+  void add_squeezed(const Field& field, const Component& component, float* sums) {
     some_.count = points_.count;
     for (int m = 0; m < points_.count; ++m) {
       some_.x[m] = lanes_.x[m] = points_.x[m];
@@ -410,7 +403,7 @@ class MatterBatch {
       some_.lane[m] = m;
       lanes_.real[m] = 0;
     }
-    stages_.decide(some_, lanes_, cloud, component.to_field, component.extinction);
+    stages_.decide(some_, lanes_, field, component.to_field, component.extinction);
     inside_.count = 0;
     for (int m = 0; m < points_.count; ++m) {
       if (lanes_.real[m] == 0) continue;
@@ -419,7 +412,7 @@ class MatterBatch {
       inside_.y[n] = points_.y[m];
       inside_.z[n] = points_.z[m];
     }
-    stages_.extinction(inside_, cloud, component.to_field, component.extinction);
+    stages_.extinction(inside_, field, component.to_field, component.extinction);
     int n = 0;
     for (int m = 0; m < points_.count; ++m)
       if (lanes_.real[m] != 0) sums[m] = sums[m] + inside_.sigma_t[n++];
@@ -465,10 +458,8 @@ void run_lanes(const MatterPass<Medium>& pass, std::uint64_t begin, std::uint64_
                           const Stop&, const std::string&);                                     \
   template void run_lanes(const MatterPass<Medium>&, std::uint64_t, std::uint64_t, const Stop&, \
                           const std::string&);
-TYNDALL_INSTANTIATE(SingleMedium<Solid>)
-TYNDALL_INSTANTIATE(SingleMedium<NoiseCloud>)
-TYNDALL_INSTANTIATE(SingleMedium<DenseGrid>)
-TYNDALL_INSTANTIATE(SingleMedium<SparseGrid>)
+#define TYNDALL_INSTANTIATE_SINGLE(Field, name) TYNDALL_INSTANTIATE(SingleMedium<Field>)
+TYN_FOR_EACH_FIELD(TYNDALL_INSTANTIATE_SINGLE)
 TYNDALL_INSTANTIATE(MixedMedium)
 
 }  // namespace tyndall

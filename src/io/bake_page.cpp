@@ -78,41 +78,34 @@ std::vector<Vec3f> in_blocks(const std::vector<Vec3f>& light, const std::vector<
   const auto blocks = [&](int axis) {
     return (size[static_cast<std::size_t>(axis)] + step - 1) / step;
   };
-  const int nx = blocks(0), ny = blocks(1), nz = blocks(2);
-  const auto block = [&](int i, int j, int k) {
-    return (static_cast<std::size_t>(k) * static_cast<std::size_t>(ny)
-            + static_cast<std::size_t>(j))
-               * static_cast<std::size_t>(nx)
-           + static_cast<std::size_t>(i);
-  };
-  std::vector<Vec3f> sums(block(0, 0, nz), Vec3f{0, 0, 0});
+  const Cells cells{blocks(0), blocks(1), blocks(2)};
+  std::vector<Vec3f> sums(cells.count(), Vec3f{0, 0, 0});
   std::vector<float> weights(sums.size(), 0.0f);
   std::size_t n = 0;
   for (int k = 0; k < size[2]; ++k)
     for (int j = 0; j < size[1]; ++j)
       for (int i = 0; i < size[0]; ++i, ++n) {
-        const std::size_t b = block(i / step, j / step, k / step);
+        const std::size_t b = cells.index(i / step, j / step, k / step);
         sums[b] = sums[b] + extinction[n] * light[n];
         weights[b] += extinction[n];
       }
   for (std::size_t b = 0; b < sums.size(); ++b)
     if (weights[b] > 0) sums[b] = (1.0f / weights[b]) * sums[b];
   std::vector<Vec3f> out = sums;
-  for (int k = 0; k < nz; ++k)
-    for (int j = 0; j < ny; ++j)
-      for (int i = 0; i < nx; ++i) {
-        if (weights[block(i, j, k)] > 0) continue;
-        Vec3f sum{0, 0, 0};
-        float known = 0;
-        for (int c = std::max(k - 1, 0); c <= std::min(k + 1, nz - 1); ++c)
-          for (int b = std::max(j - 1, 0); b <= std::min(j + 1, ny - 1); ++b)
-            for (int a = std::max(i - 1, 0); a <= std::min(i + 1, nx - 1); ++a) {
-              if (!(weights[block(a, b, c)] > 0)) continue;
-              sum = sum + sums[block(a, b, c)];
-              known += 1;
-            }
-        if (known > 0) out[block(i, j, k)] = (1.0f / known) * sum;
-      }
+  for (std::size_t cell = 0; cell < cells.count(); ++cell) {
+    if (weights[cell] > 0) continue;
+    const auto [i, j, k] = cells.place(cell);
+    Vec3f sum{0, 0, 0};
+    float known = 0;
+    for (int c = std::max(k - 1, 0); c <= std::min(k + 1, cells.nz - 1); ++c)
+      for (int b = std::max(j - 1, 0); b <= std::min(j + 1, cells.ny - 1); ++b)
+        for (int a = std::max(i - 1, 0); a <= std::min(i + 1, cells.nx - 1); ++a) {
+          if (!(weights[cells.index(a, b, c)] > 0)) continue;
+          sum = sum + sums[cells.index(a, b, c)];
+          known += 1;
+        }
+    if (known > 0) out[cell] = (1.0f / known) * sum;
+  }
   return out;
 }
 

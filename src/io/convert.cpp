@@ -12,6 +12,7 @@
 #include "io/convert_parts.h"
 #include "io/json_text.h"
 #include "render/camera.h"
+#include "render/majorants.h"
 #include "scene/values.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/prepare.h"
@@ -52,22 +53,14 @@ bool is_along_axes(const glm::dmat4& m) {
   return true;
 }
 
-/// The box of the super-voxels that may hold matter, or the whole where there are none.
+/// The box of the super-voxels with a majorant above 0, or the whole where there are none.
 void shrink_to_matter(const Scene& scene, const MajorantTables& tables, OneMedium& medium) {
-  const glm::dvec3 n(tables.nx, tables.ny, tables.nz);
-  glm::dvec3 first = n, last(0.0);
-  std::size_t cell = 0;
-  for (int k = 0; k < tables.nz; ++k)
-    for (int j = 0; j < tables.ny; ++j)
-      for (int i = 0; i < tables.nx; ++i, ++cell) {
-        if (!(tables.total[cell] > 0)) continue;
-        first = glm::min(first, glm::dvec3(i, j, k));
-        last = glm::max(last, glm::dvec3(i + 1, j + 1, k + 1));
-      }
-  if (first.x >= last.x) return;
-  const glm::dvec3 extent = scene.medium.box_max - scene.medium.box_min;
-  medium.low = scene.medium.box_min + first / n * extent;
-  medium.high = scene.medium.box_min + last / n * extent;
+  const auto [begin, end] = filled_cells(tables, tables.total.data());
+  if (begin.x >= end.x) return;
+  const glm::dvec3 n(tables.nx, tables.ny, tables.nz),
+      extent = scene.medium.box_max - scene.medium.box_min;
+  medium.low = scene.medium.box_min + glm::dvec3(begin) / n * extent;
+  medium.high = scene.medium.box_min + glm::dvec3(end) / n * extent;
 }
 
 /// Voxels of about equal edges.
@@ -80,9 +73,7 @@ std::array<int, 3> grid_size(glm::dvec3 extent, int voxels) {
 }
 
 void sample(const PreparedScene& prepared, glm::dvec3 box_min, int threads, Sampled& grid) {
-  const auto [nx, ny, nz] = grid.size;
-  grid.sigma_t.resize(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny)
-                      * static_cast<std::size_t>(nz));
+  grid.sigma_t.resize(Cells{grid.size[0], grid.size[1], grid.size[2]}.count());
   for_each_voxel(grid.size, grid.low - box_min, grid.high - box_min, threads,
                  [&](std::size_t n, glm::dvec3 p) {
                    const Vec3f local{static_cast<float>(p.x), static_cast<float>(p.y),

@@ -55,9 +55,8 @@ std::string density(const Sampled& grid) {
       nx + 2, ny + 2, nz + 2, listed(grid.low - step, " "), listed(grid.high + step, " "));
   for (int z = -1; z <= nz; ++z)
     for (int y = -1; y <= ny; ++y) {
-      const float* row = &grid.sigma_t[(static_cast<std::size_t>(std::clamp(z, 0, nz - 1)) * ny
-                                        + std::clamp(y, 0, ny - 1))
-                                       * nx];
+      const float* row = &grid.sigma_t[Cells{nx, ny, nz}.index(0, std::clamp(y, 0, ny - 1),
+                                                               std::clamp(z, 0, nz - 1))];
       for (int x = -1; x <= nx; ++x)
         fmt::format_to(std::back_inserter(text), "{} ", row[std::clamp(x, 0, nx - 1)]);
       text.back() = '\n';

@@ -104,10 +104,10 @@ double mean_density(const Volume& v) {
   TreeNodes nodes;
   double sum = 0;
   int dense = 0;
-  for (int at = 0; at < n * n * n; ++at) {
-    const auto share = [](int i) { return (static_cast<float>(i) + 0.5f) / n; };
-    const Vec3f p{extent.x * share(at % n), extent.y * share(at / n % n),
-                  extent.z * share(at / n / n)};
+  for (int point = 0; point < n * n * n; ++point) {
+    const auto fraction = [](int i) { return (static_cast<float>(i) + 0.5f) / n; };
+    const Cells::Place at = Cells{n, n, n}.place(point);
+    const Vec3f p = extent * Vec3f{fraction(at.i), fraction(at.j), fraction(at.k)};
     const float density = grid.density(p, nodes);
     sum += double{density};
     dense += density > 0;

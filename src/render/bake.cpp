@@ -100,10 +100,7 @@ void spread(std::vector<Vec3f>& values, std::vector<char> known, const std::arra
           for (int z = std::max(k - 1, 0); z <= std::min(k + 1, nz - 1); ++z)
             for (int y = std::max(j - 1, 0); y <= std::min(j + 1, ny - 1); ++y)
               for (int x = std::max(i - 1, 0); x <= std::min(i + 1, nx - 1); ++x) {
-                const std::size_t at = (static_cast<std::size_t>(z) * static_cast<std::size_t>(ny)
-                                        + static_cast<std::size_t>(y))
-                                           * static_cast<std::size_t>(nx)
-                                       + static_cast<std::size_t>(x);
+                const std::size_t at = Cells{nx, ny, nz}.index(x, y, z);
                 if (!known[at]) continue;
                 sum = sum + values[at];
                 ++count;

@@ -381,17 +381,7 @@ Bounds density_bounds(const SparseGrid& field, const Region& region) {
 }
 
 Bounds density_bounds(const AnyField& field, const Region& region) {
-  switch (field.kind) {
-    case AnyField::Kind::solid:
-      return density_bounds(field.solid, region);
-    case AnyField::Kind::noise_cloud:
-      return density_bounds(field.noise_cloud, region);
-    case AnyField::Kind::dense_grid:
-      return density_bounds(field.dense_grid, region);
-    case AnyField::Kind::sparse_grid:
-      return density_bounds(field.sparse_grid, region);
-  }
-  return {0, 0};
+  return field.visit([&](const auto& f) { return density_bounds(f, region); });
 }
 
 double emission_bound(const Emission& emission, Vec3f share, const Region& region) {

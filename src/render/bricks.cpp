@@ -8,12 +8,11 @@
 #include <glm/vector_relational.hpp>
 
 #include "render/majorants.h"
+#include "scene/values.h"
 #include "tyndall/render/illumination_plan.h"
 
 namespace tyndall {
 namespace {
-
-glm::dvec3 to_dvec3(Vec3f v) { return {v.x, v.y, v.z}; }
 
 /// Bricks with matter, by halving the box as long as a part of it has any: the effort grows with
 /// what is there, not with the box. In the order of their places.
@@ -181,10 +180,7 @@ std::vector<Clump> find_clumps(const PreparedScene& scene, const Box& box,
   for (const Heap& heap : heaps) {
     const glm::dvec3 low = glm::min(size * glm::dvec3(heap.low), extent),
                      high = glm::min(size * glm::dvec3(heap.high), extent);
-    const auto to_float = [](const glm::dvec3& v) {
-      return Vec3f{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
-    };
-    clumps.push_back({to_float(low), to_float(high - low)});
+    clumps.push_back({to_vec3f(low), to_vec3f(high - low)});
   }
   return clumps;
 }

@@ -7,6 +7,7 @@
 
 #include "render/exponential.h"
 #include "render/majorants.h"
+#include "render/scene_values.h"
 #include "tyndall/render/bounds.h"
 
 namespace tyndall {
@@ -115,13 +116,10 @@ Glow glow(const std::vector<Component<AnyField>>& components, std::size_t c, con
   Glow out;
   const Component<AnyField>& component = components[c];
   const Emission& emission = *component.emission;
-  const glm::dvec3 extent(box.extent.x, box.extent.y, box.extent.z);
+  const glm::dvec3 extent = to_dvec3(box.extent);
   const Region matter = matter_region(bounds, c, extent);
   if (!(matter.half.x > 0)) return out;
   const Vec3f share = Vec3f{1, 1, 1} - component.albedo;
-  const auto to_vec3f = [](glm::dvec3 v) {
-    return Vec3f{static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
-  };
   GlowCells cells;
   cells.nx = cells.ny = cells.nz = edge;
   cells.low = to_vec3f(matter.center - matter.half);
@@ -132,11 +130,8 @@ Glow glow(const std::vector<Component<AnyField>>& components, std::size_t c, con
   parallel_for(0, most.size(), 64, threads, [&](std::uint64_t begin, std::uint64_t end) {
     for (std::uint64_t k = begin; k < end; ++k) {
       stop_if(stop);
-      const auto i = static_cast<int>(k);
-      const glm::dvec3 at(i % edge, i / edge % edge, i / edge / edge);
-      const glm::dvec3 size(cells.size.x, cells.size.y, cells.size.z);
-      const glm::dvec3 low(cells.low.x, cells.low.y, cells.low.z);
-      const Region region{low + (at + 0.5) * size, 0.5 * size};
+      const glm::dvec3 at(to_ivec3(Cells{edge, edge, edge}.place(k))), size = to_dvec3(cells.size);
+      const Region region{to_dvec3(cells.low) + (at + 0.5) * size, 0.5 * size};
       const double density =
           density_bounds(component.field, in_field_space(component.to_field, region, extent)).upper;
       if (density <= 0) continue;

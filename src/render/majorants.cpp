@@ -8,12 +8,11 @@
 
 #include "render/noise_table.h"
 #include "scene/cube_root.h"
+#include "scene/values.h"
 #include "tyndall/render/bounds.h"
 
 namespace tyndall {
 namespace {
-
-glm::dvec3 to_dvec3(Vec3f v) { return {v.x, v.y, v.z}; }
 
 float round_up(double x) {
   const float f = static_cast<float>(x * (1 + 4e-7));
@@ -28,20 +27,16 @@ float round_down(double x) {
 MajorantTables build(const std::vector<Component<AnyField>>& components, const Box& box,
                      glm::ivec3 resolution, int threads,
                      const std::function<void(double)>& progress, const Stop& stop) {
-  const int nx = resolution.x, ny = resolution.y, nz = resolution.z;
-  MajorantTables t{nx, ny, nz, {}, {}, {}, {}, {}, {}};
-  const std::size_t cells = static_cast<std::size_t>(nx) * ny * nz, count = components.size();
+  MajorantTables t;
+  t.nx = resolution.x, t.ny = resolution.y, t.nz = resolution.z;
+  const std::size_t cells = t.count(), count = components.size();
   t.total.assign(cells, 0.0f);
   t.upper.assign(cells * count, 0.0f);
   t.lower.assign(cells * count, 0.0f);
   const glm::dvec3 extent = to_dvec3(box.extent);
-  const glm::dvec3 size = extent / glm::dvec3(nx, ny, nz);
+  const glm::dvec3 size = extent / glm::dvec3(resolution);
   const auto bound = [&](std::size_t cell) {
-    const std::size_t row = cell / static_cast<std::size_t>(nx);
-    const glm::dvec3 at(static_cast<double>(cell % static_cast<std::size_t>(nx)),
-                        static_cast<double>(row % static_cast<std::size_t>(ny)),
-                        static_cast<double>(row / static_cast<std::size_t>(ny)));
-    const Region region{(at + 0.5) * size, 0.5 * size};
+    const Region region{(glm::dvec3(to_ivec3(t.place(cell))) + 0.5) * size, 0.5 * size};
     for (std::size_t c = 0; c < count; ++c) {
       const Bounds density = density_bounds(components[c].field,
                                             in_field_space(components[c].to_field, region, extent));
@@ -51,7 +46,7 @@ MajorantTables build(const std::vector<Component<AnyField>>& components, const B
       t.total[cell] += t.upper[c * cells + cell];
     }
   };
-  const std::size_t slab = std::max<std::size_t>(static_cast<std::size_t>(nx) * ny, 256);
+  const std::size_t slab = std::max<std::size_t>(t.index(0, 0, 1), 256);
   for (std::size_t begin = 0; begin < cells; begin += slab) {
     if (progress) progress(static_cast<double>(begin) / static_cast<double>(cells));
     parallel_for(begin, std::min(begin + slab, cells), 8, threads,
@@ -95,14 +90,13 @@ double best_refinement(const MajorantTables& probe, glm::dvec3 extent) {
   std::vector<float> lower(cells, 0.0f);
   for (std::size_t at = 0; at < probe.lower.size(); ++at) lower[at % cells] += probe.lower[at];
   // 2^3 super-voxels as one.
-  const int nx = (probe.nx + 1) / 2, ny = (probe.ny + 1) / 2, nz = (probe.nz + 1) / 2;
+  const Cells coarse{(probe.nx + 1) / 2, (probe.ny + 1) / 2, (probe.nz + 1) / 2};
   const auto parent = [&](std::size_t cell) {
-    const auto at = static_cast<int>(cell);
-    const int i = at % probe.nx, j = at / probe.nx % probe.ny, k = at / probe.nx / probe.ny;
-    return static_cast<std::size_t>((k / 2 * ny + j / 2) * nx + i / 2);
+    const Cells::Place at = probe.place(cell);
+    return coarse.index(at.i / 2, at.j / 2, at.k / 2);
   };
-  const std::size_t parents = static_cast<std::size_t>(nx) * ny * nz;
-  std::vector<float> coarse_total(parents, 0.0f), coarse_lower(parents, largest_float);
+  std::vector<float> coarse_total(coarse.count(), 0.0f),
+      coarse_lower(coarse.count(), largest_float);
   for (std::size_t cell = 0; cell < cells; ++cell) {
     float &high = coarse_total[parent(cell)], &low = coarse_lower[parent(cell)];
     high = std::max(high, probe.total[cell]);
@@ -140,17 +134,20 @@ Region in_field_space(const Affine& to_field, const Region& region, glm::dvec3 e
   return out;
 }
 
-Region matter_region(const MajorantTables& t, std::size_t c, glm::dvec3 extent) {
-  const std::size_t cells = t.total.size();
-  glm::ivec3 low(t.nx, t.ny, t.nz), high(0);
-  for (std::size_t cell = 0; cell < cells; ++cell) {
-    if (t.upper[c * cells + cell] == 0.0f) continue;
-    const auto at = static_cast<int>(cell);
-    const glm::ivec3 i(at % t.nx, at / t.nx % t.ny, at / t.nx / t.ny);
-    low = glm::min(low, i), high = glm::max(high, i + 1);
+CellRange filled_cells(const Cells& cells, const float* majorants) {
+  CellRange range{{cells.nx, cells.ny, cells.nz}, glm::ivec3(0)};
+  for (std::size_t cell = 0; cell < cells.count(); ++cell) {
+    if (majorants[cell] == 0.0f) continue;
+    const glm::ivec3 at = to_ivec3(cells.place(cell));
+    range = {glm::min(range.begin, at), glm::max(range.end, at + 1)};
   }
+  return range;
+}
+
+Region matter_region(const MajorantTables& t, std::size_t c, glm::dvec3 extent) {
+  const auto [begin, end] = filled_cells(t, &t.upper[c * t.count()]);
   const glm::dvec3 size = extent / glm::dvec3(t.nx, t.ny, t.nz);
-  return {0.5 * size * glm::dvec3(low + high), 0.5 * size * glm::dvec3(high - low)};
+  return {0.5 * size * glm::dvec3(begin + end), 0.5 * size * glm::dvec3(end - begin)};
 }
 
 MajorantTables build_majorants(const std::vector<Component<AnyField>>& components, const Box& box,
@@ -218,8 +215,7 @@ std::vector<std::vector<std::uint8_t>> tabulate_bounds(std::vector<Component<Any
     parallel_for(0, codes.size() / 2, 256, threads, [&](std::uint64_t begin, std::uint64_t end) {
       for (std::uint64_t brick = begin; brick < end; ++brick) {
         stop_if(stop);
-        const auto at = static_cast<int>(brick);
-        const glm::dvec3 place(at % n.x, at / n.x % n.y, at / n.x / n.y);
+        const glm::dvec3 place(to_ivec3(table.place(brick)));
         const Bounds density = density_bounds(grid, {edge * (place + 0.5) - 1.0, glm::dvec3(half)});
         const auto code = [&](double x) { return std::clamp(x / double{table.unit}, 0.0, 255.0); };
         codes[2 * brick] = static_cast<std::uint8_t>(std::floor(code(density.lower) * (1 - 1e-6)));

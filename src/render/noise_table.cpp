@@ -42,21 +42,19 @@ std::vector<std::int8_t> tabulate(NoiseCloud& cloud, const Region& region, doubl
     for (int k = k0; k < k0 + block; ++k) {
       for (int j = j0; j < j0 + block; ++j, sum += block) {
         if (k > nz || j > ny) continue;
-        std::int8_t* row = &values[(static_cast<std::size_t>(k) * table.ny + j) * table.nx];
+        std::int8_t* row = &values[table.index(0, j, k)];
         for (int i = i0; i < std::min(i0 + block, nx + 1); ++i)
           row[i] = static_cast<std::int8_t>(std::lrint(sum[i - i0] / unit));
       }
     }
     if (i0 + j0 + k0 == 0) slack = between;
   };
-  const auto blocks = [](int n) { return n / block + 1; };
-  const auto count = static_cast<std::uint64_t>(blocks(nx)) * blocks(ny) * blocks(nz);
-  parallel_for(0, count, 1, threads, [&](std::uint64_t begin, std::uint64_t end) {
+  const Cells blocks{nx / block + 1, ny / block + 1, nz / block + 1};
+  parallel_for(0, blocks.count(), 1, threads, [&](std::uint64_t begin, std::uint64_t end) {
     for (std::uint64_t b = begin; b < end; ++b) {
       stop_if(stop);
-      const int in_plane = blocks(nx) * blocks(ny), at = static_cast<int>(b);
-      fill(block * (at % blocks(nx)), block * (at % in_plane / blocks(nx)),
-           block * (at / in_plane));
+      const Cells::Place at = blocks.place(b);
+      fill(block * at.i, block * at.j, block * at.k);
     }
   });
 

@@ -16,6 +16,7 @@
 #include "render/bricks.h"
 #include "render/camera.h"
 #include "render/emission.h"
+#include "render/field_views.h"
 #include "render/lights.h"
 #include "render/majorants.h"
 #include "scene/cube_root.h"
@@ -47,91 +48,6 @@ Box view(const scene::Medium& medium) {
 }
 
 // ---- Components
-
-/// \param origin of field space, in the scene's
-Solid view(const scene::Solid& solid, const glm::dvec3& origin) {
-  Solid s;
-  std::visit(Overloaded{[&](const scene::Everywhere&) { s.body = Solid::Body::everywhere; },
-                        [&](const scene::Sphere& b) {
-                          s.body = Solid::Body::sphere;
-                          s.center = to_vec3f(b.center - origin);
-                          s.radius = static_cast<float>(b.radius);
-                        },
-                        [&](const scene::Cuboid& b) {
-                          s.body = Solid::Body::cuboid;
-                          s.center = to_vec3f(0.5 * (b.min + b.max) - origin);
-                          s.half = to_vec3f(0.5 * (b.max - b.min));
-                        },
-                        [&](const scene::Torus& b) {
-                          s.body = Solid::Body::torus;
-                          s.center = to_vec3f(b.center - origin);
-                          s.ring = static_cast<float>(b.ring_radius);
-                          s.radius = static_cast<float>(b.tube_radius);
-                        },
-                        [&](const scene::Capsule& b) {
-                          s.body = Solid::Body::capsule;
-                          s.center = to_vec3f(0.5 * (b.a + b.b) - origin);
-                          s.half = to_vec3f(0.5 * (b.b - b.a));
-                          s.radius = static_cast<float>(b.radius);
-                        }},
-             solid.body);
-  return s;
-}
-
-NoiseCloud view(const scene::NoiseCloud& cloud) {
-  NoiseCloud c;
-  c.octaves = cloud.octaves;
-  c.gain = static_cast<float>(cloud.gain);
-  c.seed = cloud.seed;
-  c.contrast = static_cast<float>(cloud.contrast);
-  c.coverage = static_cast<float>(cloud.coverage);
-  c.falloff = static_cast<float>(cloud.falloff);
-  std::visit(
-      Overloaded{[&](const scene::Sphere& b) {
-                   c.center = to_vec3f(b.center);
-                   c.inverse_radii = to_vec3f(glm::dvec3(1.0 / b.radius));
-                 },
-                 [&](const scene::Ellipsoid& b) {
-                   c.center = to_vec3f(b.center);
-                   c.inverse_radii = to_vec3f(1.0 / b.radii);
-                 },
-                 [&](const scene::Layer& b) {
-                   c.center = to_vec3f({0, b.height, 0});
-                   c.inverse_radii = to_vec3f({0, 2.0 / b.thickness, 0});
-                 },
-                 [&](const scene::Everywhere&) {},
-                 [&](const scene::Plume& b) {
-                   c.center = to_vec3f(b.base);
-                   c.inverse_radii = to_vec3f({1 / b.radius_base, 1 / b.height, 1 / b.radius_base});
-                   c.growth = static_cast<float>((b.radius_top / b.radius_base - 1) / b.height);
-                   c.lean_x = static_cast<float>(b.lean.x / b.height);
-                   c.lean_z = static_cast<float>(b.lean.y / b.height);
-                 }},
-      cloud.body);
-  return c;
-}
-
-Remap view(const scene::Remap& remap) {
-  return {static_cast<float>(remap.scale), static_cast<float>(remap.offset),
-          static_cast<float>(remap.low), static_cast<float>(remap.high),
-          static_cast<float>(remap.gamma)};
-}
-
-DenseGrid view(const scene::DenseGrid& grid) {
-  return {grid.values.data(),
-          grid.size[0],
-          grid.size[1],
-          grid.size[2],
-          grid.interpolation == scene::Interpolation::nearest,
-          view(grid.remap)};
-}
-
-SparseGrid view(const scene::SparseGrid& grid) {
-  SparseGrid g = grid.volume->view();
-  g.nearest = grid.interpolation == scene::Interpolation::nearest;
-  g.remap = view(grid.remap);
-  return g;
-}
 
 /// The field space of a view to that of the scene's field. \param leader whose `fit` counts
 glm::dmat4 view_to_field(const scene::Field& field, const scene::Field& leader) {
@@ -170,11 +86,8 @@ Affine local_to_view(const scene::Component& component, const scene::Field& fiel
 /// A view of `field`, the component's or its emission's.
 AnyField any_view(const scene::Component& component, const scene::Field& field,
                   const scene::Medium& medium) {
-  return std::visit(Overloaded{[&](const scene::Solid& f) {
-                                 return AnyField(view(f, view_origin(component, field, medium)));
-                               },
-                               [](const auto& f) { return AnyField(view(f)); }},
-                    field);
+  const glm::dvec3 origin = view_origin(component, field, medium);
+  return std::visit([&](const auto& f) { return AnyField(tyndall::view(f, origin)); }, field);
 }
 
 /// \return nothing where the component does not shine.
@@ -217,25 +130,14 @@ Component<AnyField> view(const scene::Component& component, const scene::Medium&
   return c;
 }
 
-/// Edge of the finest feature of a field, in units of its view: what ray marching must resolve.
-double finest_feature(const scene::Field& field) {
-  return std::visit(
-      Overloaded{[](const scene::Solid&) { return 1.0 / 256; },
-                 [](const scene::NoiseCloud& f) { return std::ldexp(1.0, -f.octaves); },
-                 [](const scene::DenseGrid& f) {
-                   return 1.0 / std::max({f.size[0], f.size[1], f.size[2]});
-                 },
-                 [](const scene::SparseGrid&) { return 1.0; }},
-      field);
-}
-
 double default_marching_step(const Scene& scene) {
   double step = 1e300;
   const double least = glm::length(scene.medium.box_max - scene.medium.box_min) / most_steps;
   for (const scene::Component& c : scene.medium.components) {
     const glm::dmat3 m(c.transform * view_to_field(c.field, c.field));
     const double scale = std::min({glm::length(m[0]), glm::length(m[1]), glm::length(m[2])});
-    step = std::min(step, scale * finest_feature(c.field));
+    step = std::min(step,
+                    scale * std::visit([](const auto& f) { return finest_feature(f); }, c.field));
   }
   return std::max(step, least);
 }
@@ -421,25 +323,10 @@ PreparedScene prepare(const ResolvedScene& resolved, int threads,
 
   if (components.size() == 1) {
     const Component<AnyField>& c = out.components[0];
-    const auto single = [&](const auto& field) {
-      using Field = std::decay_t<decltype(field)>;
+    c.field.visit([&]<class Field>(const Field& field) {
       out.medium = SingleMedium<Field>{
           grid, whole, {field, c.to_field, c.extinction, c.albedo, c.phase, c.emission}};
-    };
-    switch (c.field.kind) {
-      case AnyField::Kind::solid:
-        single(c.field.solid);
-        break;
-      case AnyField::Kind::noise_cloud:
-        single(c.field.noise_cloud);
-        break;
-      case AnyField::Kind::dense_grid:
-        single(c.field.dense_grid);
-        break;
-      case AnyField::Kind::sparse_grid:
-        single(c.field.sparse_grid);
-        break;
-    }
+    });
   } else {
     out.medium =
         MixedMedium{grid, whole, out.components.data(), static_cast<int>(out.components.size())};
@@ -473,9 +360,7 @@ PreparedScene prepare(const ResolvedScene& resolved, int threads,
   out.seed = scene.seed;
 
   const auto [cx, cy, cz] = plan.cells;
-  out.cells = {cx,
-               cy,
-               cz,
+  out.cells = {{cx, cy, cz},
                order,
                box,
                to_vec3f(glm::dvec3(cx, cy, cz) / extent),

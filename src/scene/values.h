@@ -7,7 +7,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "tyndall/base/vec3.h"
+#include "tyndall/base/cells.h"
 
 namespace tyndall {
 
@@ -31,5 +31,6 @@ inline Vec3f to_vec3f(glm::dvec3 v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
 inline glm::dvec3 to_dvec3(Vec3f v) { return {v.x, v.y, v.z}; }
+inline glm::ivec3 to_ivec3(Cells::Place at) { return {at.i, at.j, at.k}; }
 
 }  // namespace tyndall

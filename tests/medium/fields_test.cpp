@@ -178,7 +178,7 @@ struct Grid {
         for (int i = 0; i < nx; ++i) values.push_back(f(i, j, k));
       }
     }
-    view = {values.data(), nx, ny, nz, nearest, {}};
+    view = {{nx, ny, nz}, values.data(), nearest, {}};
   }
 };
 
@@ -336,6 +336,8 @@ TEST(NoiseCloud, positions_beyond_the_lattice_do_no_harm) {
 }
 
 // ---- Any of them
+
+static_assert(Squeezable<NoiseCloud> && !Squeezable<Solid> && !Squeezable<AnyField>);
 
 TEST(AnyField, gives_the_density_of_the_field_it_holds) {
   const Solid solid = shapes()[2].solid;

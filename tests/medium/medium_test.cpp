@@ -176,7 +176,7 @@ TEST(MajorantGrid, numbers_its_cells_x_fastest_and_knows_those_of_positions) {
   grid.box.extent = {1.5f, 10, 0.25f};
   grid.cell_size = {0.5f, 2, 0.125f};
   grid.inverse_cell_size = {2, 0.5f, 8};
-  EXPECT_EQ(grid.cells(), 30u);
+  EXPECT_EQ(grid.count(), 30u);
   std::size_t next = 0;
   for (int k = 0; k < 2; ++k) {
     for (int j = 0; j < 5; ++j) {

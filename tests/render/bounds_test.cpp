@@ -117,7 +117,7 @@ struct Grid {
   DenseGrid view;
   Grid(int nx, int ny, int nz, bool nearest, std::uint64_t seed)
       : values(random_grid(nx, ny, nz, seed).values),
-        view{values.data(), nx, ny, nz, nearest, {}} {}
+        view{{nx, ny, nz}, values.data(), nearest, {}} {}
 };
 
 // Every box whose faces are at quarters of voxels, and every point at eighths.

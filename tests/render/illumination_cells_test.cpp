@@ -213,8 +213,7 @@ TEST(IlluminationCells, hold_all_matter_where_not_all_are_stored) {
       if (!(sigma_t_at(prepared, p) > 0)) continue;
       ++met;
       ASSERT_GE(cell, cells.first()) << p.x << " " << p.y << " " << p.z;
-      int i, j, k;
-      cells.coordinates(cell, i, j, k);
+      const auto [i, j, k] = cells.place(cell);
       ASSERT_EQ(cells.index(i, j, k), cell);
       ASSERT_NEAR((static_cast<float>(i) + 0.5f) * prepared.cell_size.x, p.x,
                   0.51 * prepared.cell_size.x + 2e-7 * p.x);

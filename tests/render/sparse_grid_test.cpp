@@ -169,9 +169,9 @@ TEST(SparseGrid, bricks_decide_as_the_voxels_do) {
     for (int n = 0; n < 100000; ++n) {
       const Vec3f p = place(random, with);
       const auto v = static_cast<float>(random(0, 10));
-      TreeNodes a, b;
+      Lookups a, b;
       ASSERT_EQ(with.exceeds(p, 10, v, a), without.exceeds(p, 10, v, b));
-      settled += a.tree == nullptr;
+      settled += a.nodes.tree == nullptr;
     }
     EXPECT_GT(settled, 2000) << sample;
   }

@@ -37,7 +37,7 @@ Replay replay(const NoiseCloud& field, std::uint64_t count) {
   std::atomic<std::int64_t> differ{0}, real{0}, octaves{0};
   parallel_for(0, count, 4096, 0, [&](std::uint64_t begin, std::uint64_t end) {
     std::int64_t d = 0, r = 0;
-    int summed = 0;
+    Lookups summed;
     for (std::uint64_t i = begin; i < end; ++i) {
       const RandomStream stream{static_cast<std::uint64_t>(field.octaves), i, Domain::matter};
       const RandomBlock at = stream.block(0, Purpose::walk);
@@ -52,7 +52,7 @@ Replay replay(const NoiseCloud& field, std::uint64_t count) {
       d += field.exceeds(p, extinction, v, summed) != expected;
       r += expected;
     }
-    differ += d, real += r, octaves += summed;
+    differ += d, real += r, octaves += summed.octaves;
   });
   return {static_cast<std::int64_t>(count), differ, real, octaves,
           static_cast<std::int64_t>(count) * field.octaves};
@@ -81,9 +81,9 @@ TEST(Squeezing, leaves_most_octaves_out) {
   for (int i = 0; i < n; ++i) {
     const RandomBlock at =
         RandomStream{1, static_cast<std::uint64_t>(i), Domain::matter}.block(0, Purpose::walk);
-    int summed = 0;
+    Lookups summed;
     field.exceeds({uniform(at.a), uniform(at.b), uniform(at.c)}, 100, uniform(at.d) * 100, summed);
-    octaves += summed;
+    octaves += summed.octaves;
   }
   EXPECT_LT(static_cast<double>(octaves) / n, 5);
 }

@@ -96,7 +96,7 @@ struct Light {
   std::vector<float> numerator, denominator;
   Light(int nx, int ny, int nz, int order, Vec3f extent = {1, 1, 1}) {
     const Vec3f n{static_cast<float>(nx), static_cast<float>(ny), static_cast<float>(nz)};
-    cells = {nx, ny, nz, order, {extent}, {n.x / extent.x, n.y / extent.y, n.z / extent.z}};
+    cells = {{nx, ny, nz}, order, {extent}, {n.x / extent.x, n.y / extent.y, n.z / extent.z}};
     numerator.assign(cells.count() * static_cast<std::size_t>(harmonics(order)) * 3, 0.0f);
     denominator.assign(cells.count(), 0.0f);
   }

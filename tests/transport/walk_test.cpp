@@ -139,7 +139,7 @@ TEST(SuperVoxelWalk, stretches_are_those_of_clipping_every_cell) {
   const int rays[] = {200000, 500000, 100000, 200000};
   for (std::size_t g = 0; g < all.size(); ++g) {
     const MajorantGrid& grid = all[g];
-    std::vector<double> stretch(grid.cells());
+    std::vector<double> stretch(grid.count());
     for (int n = 0; n < rays[g]; ++n) {
       const Ray ray = any_ray(grid, random);
       SuperVoxelWalk walk(grid, ray);
@@ -179,7 +179,7 @@ TEST(SuperVoxelWalk, stretches_are_those_of_clipping_every_cell) {
                && s >= clipped(grid, ray, {i, j, k}, -1) - rounding;
       };
       bool right = true;
-      if (grid.cells() < 100 || n < 2000) {
+      if (grid.count() < 100 || n < 2000) {
         for (int k = 0; k < grid.nz; ++k) {
           for (int j = 0; j < grid.ny; ++j) {
             for (int i = 0; i < grid.nx; ++i) right = right && check(i, j, k);
@@ -297,7 +297,7 @@ struct Majorants {
 };
 
 Majorants random_majorants(const MajorantGrid& grid, double scale, Random& random) {
-  std::vector<float> total(grid.cells());
+  std::vector<float> total(grid.count());
   for (float& x : total) x = random.below(4) == 0 ? 0.0f : static_cast<float>(random(0, scale));
   return {grid, total};
 }

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "tyndall/base/vec3.h"
+#include "tyndall/base/cells.h"
 
 namespace tyndall {
 
@@ -24,8 +24,7 @@ struct Box {
   TYN_HD bool is_ground(int face) const { return (grounds >> face & 1u) != 0; }
 };
 
-struct MajorantGrid {
-  int nx = 1, ny = 1, nz = 1;
+struct MajorantGrid : Cells {
   int components = 1;
   Box box;
   Vec3f cell_size{1, 1, 1};          ///< extent / resolution [length]
@@ -35,27 +34,21 @@ struct MajorantGrid {
   const float* upper = nullptr;  ///< [components][nx ny nz] sigma_maj [1/length]
   const float* lower = nullptr;  ///< [components][nx ny nz] sigma_min [1/length]
 
-  TYN_HD std::size_t cells() const { return static_cast<std::size_t>(nx) * ny * nz; }
-  /// In 32 bits, which lanes multiply at once.
   TYN_HD std::size_t index(int i, int j, int k) const {
-    return static_cast<std::uint32_t>((k * ny + j) * nx + i);
+    return static_cast<std::uint32_t>(short_index(i, j, k));
   }
-
-  /// The super-voxel of a position; positions a rounding error outside the box belong to its last
-  /// cells.
+  TYN_HD Place place_of(Vec3f p) const { return Cells::place_of(p, inverse_cell_size); }
+  /// The super-voxel of a position.
   TYN_HD std::size_t cell_of(Vec3f p) const {
-    return index(coordinate(p.x, inverse_cell_size.x, nx), coordinate(p.y, inverse_cell_size.y, ny),
-                 coordinate(p.z, inverse_cell_size.z, nz));
-  }
-  TYN_HD static int coordinate(float x, float inverse_size, int n) {
-    return static_cast<int>(clamp(floor(x * inverse_size), 0.0f, static_cast<float>(n - 1)));
+    const Place at = place_of(p);
+    return index(at.i, at.j, at.k);
   }
 
   template <class Copy>
   void relocate(Copy&& copy) {
-    total = copy(total, cells());
-    upper = copy(upper, cells() * components);
-    lower = copy(lower, cells() * components);
+    total = copy(total, count());
+    upper = copy(upper, count() * components);
+    lower = copy(lower, count() * components);
   }
 };
 

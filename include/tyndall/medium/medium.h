@@ -21,10 +21,7 @@ struct Component {
 
   /// [1/length]
   TYN_HD float sigma_t(Vec3f p, TreeNodes& nodes) const {
-    if constexpr (requires { field.density(p, nodes); })
-      return extinction * field.density(to_field(p), nodes);
-    else
-      return extinction * field.density(to_field(p));
+    return extinction * density_at(field, to_field(p), nodes);
   }
   TYN_HD float sigma_t(Vec3f p) const {
     TreeNodes nodes;
@@ -40,7 +37,7 @@ struct Component {
 
   template <class Copy>
   void relocate(Copy&& copy) {
-    if constexpr (requires { field.relocate(copy); }) field.relocate(copy);
+    tyndall::relocate(field, copy);
     phase.relocate(copy);
     if (!emission) return;
     Emission moved = *emission;
@@ -48,23 +45,12 @@ struct Component {
     emission = copy(static_cast<const Emission*>(&moved), 1);
   }
 
-  /// \return v < sigma_t(p), v > 0: the same decision, from as few octaves as settle it, which are
-  /// counted.
+  /// \return v < sigma_t(p), v > 0: this decision, bit for bit, at less cost, which is counted.
   TYN_HD bool exceeds(Vec3f p, float v, Lookups& lookups) const {
-    if constexpr (requires { field.exceeds(p, v, v, lookups); })
-      return field.exceeds(to_field(p), extinction, v, lookups);
-    else if constexpr (requires { field.exceeds(p, v, v, lookups.octaves); })
-      return field.exceeds(to_field(p), extinction, v, lookups.octaves);
-    else if constexpr (requires { field.exceeds(p, v, v, lookups.nodes); })
-      return field.exceeds(to_field(p), extinction, v, lookups.nodes);
-    else
-      return v < sigma_t(p, lookups.nodes);
+    return tyndall::exceeds(field, to_field(p), extinction, v, lookups);
   }
   /// Octaves that sigma_t() sums.
-  TYN_HD int octaves() const {
-    if constexpr (requires { field.octave_count(); }) return field.octave_count();
-    return 0;
-  }
+  TYN_HD int octaves() const { return octave_count(field); }
 };
 
 /// How tentative collisions are decided: all ways decide alike.
@@ -92,7 +78,7 @@ TYN_HD bool audit(const MajorantGrid& grid, std::size_t at, float sigma_t, float
 template <class Component>
 TYN_HD bool is_real(const MajorantGrid& grid, int index, const Component& component,
                     std::size_t cell, float v, Vec3f p, Lookups& lookups, Decision decision) {
-  const std::size_t at = static_cast<std::size_t>(index) * grid.cells() + cell;
+  const std::size_t at = static_cast<std::size_t>(index) * grid.count() + cell;
   if (decision != Decision::full && v < grid.lower[at]) return true;
   ++lookups.lookups;
   if (decision == Decision::squeezed) return component.exceeds(p, v, lookups);
@@ -151,7 +137,7 @@ struct MixedMedium {
 
   TYN_HD int choose(const MajorantGrid& grid, std::size_t cell, float& v) const {
     for (int i = 0; i < component_count; ++i) {
-      const float sigma_maj = grid.upper[static_cast<std::size_t>(i) * grid.cells() + cell];
+      const float sigma_maj = grid.upper[static_cast<std::size_t>(i) * grid.count() + cell];
       if (v < sigma_maj) return i;
       v = v - sigma_maj;
     }

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "tyndall/base/vec3.h"
+#include "tyndall/base/cells.h"
 
 namespace tyndall {
 
@@ -97,7 +97,7 @@ TYN_HD float fractal_noise_bound(int octaves, float gain) {
 /// A fractal noise on a grid, in 8 bits: its bounds are within `half` of what lies between. Asked
 /// before the first octave; no walk crosses its cells, so they may be far finer than super-voxels.
 /// docs/bounds.md, 9.
-struct NoiseTable {
+struct NoiseTable : Cells {
   // The more points, the fewer octaves a decision takes, as long as caches hold them: the second
   // level of a core, or that of the larger devices. No decision changes.
   static constexpr double processor_points = 128.0 * 128 * 128;
@@ -105,10 +105,9 @@ struct NoiseTable {
 
   const std::int8_t* values = nullptr;  ///< [nz][ny][nx], and 2 more; nullptr: no table
   Vec3f low{0, 0, 0}, inverse_cell_size{0, 0, 0};
-  int nx = 0, ny = 0, nz = 0;
   float unit = 0, half = 0;
 
-  TYN_HD std::size_t size() const { return static_cast<std::size_t>(nz) * ny * nx + 2; }
+  TYN_HD std::size_t size() const { return count() + 2; }
 
   /// \return whether p is within the grid. Then `noise` is within `half` of what fractal_noise()
   /// returns.
@@ -122,7 +121,7 @@ struct NoiseTable {
               k = min(static_cast<int>(z), nz - 2);
     const float u = x - static_cast<float>(i), v = y - static_cast<float>(j),
                 w = z - static_cast<float>(k);
-    const int at = (k * ny + j) * nx + i, up = at + nx * ny;
+    const int at = short_index(i, j, k), up = at + nx * ny;
     const float near = lerp(row(at, u), row(at + nx, u), v),
                 far = lerp(row(up, u), row(up + nx, u), v);
     noise = unit * lerp(near, far, w);

@@ -7,16 +7,10 @@
 
 #include <nanovdb/NanoVDB.h>
 
+#include "tyndall/medium/field.h"
 #include "tyndall/medium/voxels.h"
 
 namespace tyndall {
-
-/// The nodes that a walk's last look-up went through: the next one, nearby, starts from them.
-struct TreeNodes {
-  const void* tree = nullptr;  ///< whose nodes
-  nanovdb::Coord voxel;        ///< that was looked up
-  const void *upper = nullptr, *lower = nullptr, *leaf = nullptr;
-};
 
 /// A tree of values of type V: float, or nanovdb::Vec3f.
 template <class V>
@@ -128,15 +122,14 @@ struct SparseGrid {
     return remap(v);
   }
 
-  /// \return whether v < extinction * density(p), v > 0: the same decision, bit for bit, where the
-  /// bounds settle it.
-  TYN_HD bool exceeds(Vec3f p, float extinction, float v, TreeNodes& nodes) const {
+  /// The bounds may settle the decision before a voxel is read.
+  TYN_HD bool exceeds(Vec3f p, float extinction, float v, Lookups& lookups) const {
     float least, most;
     if (bounds.codes && bounds.look_up(p, least, most)) {
       if (v >= extinction * most) return false;
       if (v < extinction * least) return true;
     }
-    return v < extinction * density(p, nodes);
+    return v < extinction * density(p, lookups.nodes);
   }
 
   TYN_HD float value(Vec3f p, TreeNodes& nodes) const {

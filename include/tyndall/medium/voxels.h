@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "tyndall/base/vec3.h"
+#include "tyndall/base/cells.h"
 
 namespace tyndall {
 
@@ -35,15 +35,14 @@ struct Corners {
   }
 };
 
-/// Bounds of a density over bricks of field space, in 8 bits, rounded outwards: asked before the
+/// Bounds of a density over bricks of field space, in 8 bits, rounded outwards: read before the
 /// voxels. No walk crosses the bricks, so they may be far smaller than super-voxels.
-struct BoundTable {
+struct BoundTable : Cells {
   const std::uint8_t* codes = nullptr;  ///< [nz][ny][nx] of lower and upper bound
   Vec3f low{0, 0, 0}, inverse_brick_size{0, 0, 0};
-  int nx = 0, ny = 0, nz = 0;
   float unit = 0;  ///< density of a code
 
-  TYN_HD std::size_t size() const { return std::size_t{2} * nx * ny * nz; }
+  TYN_HD std::size_t size() const { return 2 * count(); }
 
   /// \return whether p is within the bricks.
   TYN_HD bool look_up(Vec3f p, float& least, float& most) const {
@@ -52,9 +51,7 @@ struct BoundTable {
     const bool inside = x >= 0.0f && y >= 0.0f && z >= 0.0f && x < static_cast<float>(nx)
                         && y < static_cast<float>(ny) && z < static_cast<float>(nz);
     if (!inside) return false;
-    const std::size_t brick =
-        (static_cast<std::size_t>(static_cast<int>(z)) * ny + static_cast<int>(y)) * nx
-        + static_cast<int>(x);
+    const std::size_t brick = index(static_cast<int>(x), static_cast<int>(y), static_cast<int>(z));
     least = unit * static_cast<float>(codes[2 * brick]);
     most = unit * static_cast<float>(codes[2 * brick + 1]);
     return true;

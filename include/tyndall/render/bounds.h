@@ -20,10 +20,9 @@ struct Bounds {
 };
 
 /// Bounds of what density() returns, float rounding included, anywhere in `region`.
-Bounds density_bounds(const Solid& field, const Region& region);
-Bounds density_bounds(const NoiseCloud& field, const Region& region);
-Bounds density_bounds(const DenseGrid& field, const Region& region);
-Bounds density_bounds(const SparseGrid& field, const Region& region);
+#define TYN_BOUNDS(Field, name) Bounds density_bounds(const Field& field, const Region& region);
+TYN_FOR_EACH_FIELD(TYN_BOUNDS)
+#undef TYN_BOUNDS
 Bounds density_bounds(const AnyField& field, const Region& region);
 
 /// \return a bound of the largest channel of `share` times the emission's source, anywhere in

@@ -17,13 +17,13 @@
 
 namespace tyndall {
 
-using AnyMedium = std::variant<SingleMedium<Solid>, SingleMedium<NoiseCloud>,
-                               SingleMedium<DenseGrid>, SingleMedium<SparseGrid>, MixedMedium>;
+#define TYN_SINGLE(Field, name) SingleMedium<Field>,
+using AnyMedium = std::variant<TYN_FOR_EACH_FIELD(TYN_SINGLE) MixedMedium>;
+#undef TYN_SINGLE
 using AnySampler = std::variant<SuperVoxel, Woodcock, RayMarching>;
 
 /// Bounds of all components over the super-voxels of one grid, and over all of them.
-struct MajorantTables {
-  int nx = 1, ny = 1, nz = 1;
+struct MajorantTables : Cells {
   std::vector<float> total, upper, lower;                    ///< see MajorantGrid
   std::vector<float> whole_total, whole_upper, whole_lower;  ///< the same for one cell
 };

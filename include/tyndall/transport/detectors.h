@@ -59,7 +59,7 @@ struct Detectors {
           units);
     }
     if (lengths > 0) {
-      const int i = MajorantGrid::coordinate(track.length, inverse_length, lengths);
+      const int i = Cells::coordinate(track.length, inverse_length, lengths);
       add(length_begin() + static_cast<std::size_t>(i), units);
     }
     if (scatterings > 0) {
@@ -75,11 +75,9 @@ struct Detectors {
   /// Light that ends in matter at `p`.
   TYN_HD void absorb(Vec3f p, const std::int64_t (&units)[3]) const {
     if (nx == 0) return;
-    const int i = MajorantGrid::coordinate(p.x, inverse_voxel_size.x, nx),
-              j = MajorantGrid::coordinate(p.y, inverse_voxel_size.y, ny),
-              k = MajorantGrid::coordinate(p.z, inverse_voxel_size.z, nz);
-    const std::size_t voxel = product(k, ny, nx) + product(j, nx, 1) + static_cast<std::size_t>(i);
-    add(absorbed_begin() + voxel, units);
+    const Cells voxels{nx, ny, nz};
+    const Cells::Place at = voxels.place_of(p, inverse_voxel_size);
+    add(absorbed_begin() + voxels.index(at.i, at.j, at.k), units);
   }
 
  private:
@@ -87,7 +85,7 @@ struct Detectors {
     return static_cast<std::size_t>(a) * static_cast<std::size_t>(b) * static_cast<std::size_t>(c);
   }
   TYN_HD static int bin(float share, int n) {
-    return MajorantGrid::coordinate(share, static_cast<float>(n), n);
+    return Cells::coordinate(share, static_cast<float>(n), n);
   }
   TYN_HD void add(std::size_t at, const std::int64_t (&units)[3]) const {
     std::int64_t* sum = sums + 3 * at;

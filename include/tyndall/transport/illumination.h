@@ -53,6 +53,7 @@ TYN_HD constexpr int order_of_harmonic(int index) { return index == 0 ? 0 : (ind
 struct CellBricks {
   static constexpr int edge = 4;
   static constexpr std::size_t cells = edge * edge * edge;
+  TYN_HD static constexpr Cells within() { return {edge, edge, edge}; }
   static constexpr std::uint64_t none = ~std::uint64_t{0};
   struct Entry {
     std::uint64_t place;  ///< see place_of(), or none
@@ -91,8 +92,7 @@ struct CellBricks {
 };
 
 /// Cells of the illumination grid over the box: all of them, or those of some bricks.
-struct IlluminationCells {
-  int nx = 1, ny = 1, nz = 1;
+struct IlluminationCells : Cells {
   int order = 0;
   Box box;
   Vec3f inverse_cell_size{1, 1, 1};  ///< [1/length]
@@ -102,7 +102,7 @@ struct IlluminationCells {
 
   /// Those that are stored.
   TYN_HD std::size_t count() const {
-    return bricks.table ? bricks.count * CellBricks::cells : static_cast<std::size_t>(nx) * ny * nz;
+    return bricks.table ? bricks.count * CellBricks::cells : Cells::count();
   }
   /// The first of those that may have light and matter.
   TYN_HD std::size_t first() const { return bricks.table ? CellBricks::cells : 0; }
@@ -110,37 +110,27 @@ struct IlluminationCells {
   TYN_HD int moments() const { return groups * group_moments(); }
   TYN_HD int group_moments() const { return harmonics(order) * channels; }
   TYN_HD std::size_t index(int i, int j, int k) const {
-    if (bricks.table) return index_in_bricks(i, j, k);
-    return (static_cast<std::size_t>(k) * ny + j) * nx + i;
-  }
-  /// The inverse of index().
-  TYN_HD void coordinates(std::uint64_t cell, int& i, int& j, int& k) const {
-    if (bricks.table) {
-      const std::uint64_t place = bricks.places[cell / CellBricks::cells];
-      const auto within = static_cast<int>(cell % CellBricks::cells);
-      i = CellBricks::edge * CellBricks::coordinate(place, 0) + within % CellBricks::edge;
-      j = CellBricks::edge * CellBricks::coordinate(place, 1)
-          + within / CellBricks::edge % CellBricks::edge;
-      k = CellBricks::edge * CellBricks::coordinate(place, 2)
-          + within / (CellBricks::edge * CellBricks::edge);
-      return;
-    }
-    i = static_cast<int>(cell % static_cast<std::uint64_t>(nx));
-    j = static_cast<int>(cell / static_cast<std::uint64_t>(nx) % static_cast<std::uint64_t>(ny));
-    k = static_cast<int>(cell / (static_cast<std::uint64_t>(nx) * static_cast<std::uint64_t>(ny)));
-  }
-  TYN_HD std::size_t cell_of(Vec3f p) const {
-    return index(MajorantGrid::coordinate(p.x, inverse_cell_size.x, nx),
-                 MajorantGrid::coordinate(p.y, inverse_cell_size.y, ny),
-                 MajorantGrid::coordinate(p.z, inverse_cell_size.z, nz));
-  }
-
- private:
-  TYN_HD std::size_t index_in_bricks(int i, int j, int k) const {
+    if (!bricks.table) return Cells::index(i, j, k);
     constexpr int edge = CellBricks::edge;
     const std::size_t brick = bricks.find(CellBricks::place_of(i / edge, j / edge, k / edge));
     return brick * CellBricks::cells
-           + static_cast<std::size_t>((k % edge * edge + j % edge) * edge + i % edge);
+           + static_cast<std::size_t>(
+               CellBricks::within().short_index(i % edge, j % edge, k % edge));
+  }
+  /// Inverts index().
+  TYN_HD Place place(std::uint64_t cell) const {
+    if (!bricks.table) return Cells::place(cell);
+    constexpr int edge = CellBricks::edge;
+    const std::uint64_t brick = bricks.places[cell / CellBricks::cells];
+    const Place at = CellBricks::within().place(static_cast<int>(cell % CellBricks::cells));
+    return {edge * CellBricks::coordinate(brick, 0) + at.i,
+            edge * CellBricks::coordinate(brick, 1) + at.j,
+            edge * CellBricks::coordinate(brick, 2) + at.k};
+  }
+  TYN_HD Place place_of(Vec3f p) const { return Cells::place_of(p, inverse_cell_size); }
+  TYN_HD std::size_t cell_of(Vec3f p) const {
+    const Place at = place_of(p);
+    return index(at.i, at.j, at.k);
   }
 };
 

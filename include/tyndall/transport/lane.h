@@ -26,8 +26,8 @@ inline constexpr bool has_majorants = requires(const Pass& pass) {
   pass.sampler.grid(pass.medium);
 };
 
-/// A path that waits for a lane. Paths begin apart from the lanes, many at once: what it takes is
-/// much text, which is needed once, and would cost the others registers and instruction cache.
+/// A path that waits for a lane. Paths begin in a kernel of their own, many at once: that takes a
+/// lot of code, which runs once per path and would cost the lanes registers and instruction cache.
 template <class Pass>
 struct Begun {
   std::uint64_t stream;  ///< whose random numbers it has
@@ -35,7 +35,7 @@ struct Begun {
   typename Pass::State state;
 };
 
-/// \return whether path `index` of a pass has a flight; where it has none, it is written down.
+/// \return whether path `index` of a pass has a flight; where it has none, its end is recorded.
 template <class Pass>
 TYN_HD bool begin(const Pass& pass, std::uint64_t index, Begun<Pass>& begun) {
   begun.stream = pass.stream(index);
@@ -59,7 +59,7 @@ class Lane {
     // The tentative collision that is being decided:
     int component;
     float v;
-    NoiseCloud::Squeeze squeeze;
+    Squeeze squeeze;
   };
 
   TYN_HD Lane(const Pass& pass, const Saved& saved)
@@ -71,7 +71,7 @@ class Lane {
   TYN_HD Saved save() const {
     Saved saved = now_;
     saved.tracker = tracker_.save();
-    // Nobody asks for these again: they need no registers between the pieces of work.
+    // Nothing reads these again: they need no registers between the pieces of work.
     saved.path.ray = {};
     saved.path.drawn.a = saved.path.drawn.b = 0;
     return saved;
@@ -104,27 +104,26 @@ class Lane {
     now_.component = pass_.medium.choose(grid_, tracker_.cell(), now_.v);
     if (now_.component == virtual_particle) return meet(false);
     const auto& component = pass_.medium.component(now_.component);
-    const NoiseCloud* cloud = noise_cloud(component.field);
-    if (!cloud) {
-      return meet(is_real(grid_, now_.component, component, tracker_.cell(), now_.v,
-                          tracker_.position(), lookups_,
-                          is_audited() ? Decision::audited : Decision::squeezed));
-    }
-    if (now_.v < grid_.lower[bounds()]) return meet(true);
-    ++lookups_.lookups;
-    now_.squeeze =
-        cloud->begin_squeeze(component.to_field(tracker_.position()), component.extinction, now_.v);
-    now_.stage = Stage::add_octave;
-    decide(*cloud, component.extinction);
+    const bool is_squeezed = if_squeezable(component.field, [&](const auto& field) {
+      if (now_.v < grid_.lower[bounds()]) return meet(true);
+      ++lookups_.lookups;
+      now_.squeeze = field.begin_squeeze(component.to_field(tracker_.position()),
+                                         component.extinction, now_.v);
+      now_.stage = Stage::add_octave;
+      decide(field, component.extinction);
+    });
+    if (is_squeezed) return;
+    meet(is_real(grid_, now_.component, component, tracker_.cell(), now_.v, tracker_.position(),
+                 lookups_, is_audited() ? Decision::audited : Decision::squeezed));
   }
 
   TYN_HD void add_octave() {
     const auto& component = pass_.medium.component(now_.component);
-    const NoiseCloud* cloud = noise_cloud(component.field);
-    if (!cloud) return;  // no lane of other fields gets here
-    ++lookups_.octaves;
-    cloud->add_octave(now_.squeeze, component.extinction, now_.v);
-    decide(*cloud, component.extinction);
+    if_squeezable(component.field, [&](const auto& field) {
+      ++lookups_.octaves;
+      field.add_octave(now_.squeeze, component.extinction, now_.v);
+      decide(field, component.extinction);
+    });
   }
 
   TYN_HD void collide() {
@@ -175,12 +174,13 @@ class Lane {
   }
 
   // An audited decision takes all octaves.
-  TYN_HD void decide(const NoiseCloud& cloud, float extinction) {
-    const NoiseCloud::Squeeze& s = now_.squeeze;
+  template <Squeezable Field>
+  TYN_HD void decide(const Field& field, float extinction) {
+    const Squeeze& s = now_.squeeze;
     const bool audits = is_audited();
-    if (audits ? s.octaves < cloud.octaves : s.answer == NoiseCloud::Squeeze::Answer::open) return;
-    const bool real = s.answer == NoiseCloud::Squeeze::Answer::yes;
-    meet(audits ? audit(grid_, bounds(), extinction * cloud.squeezed_density(s), now_.v, real,
+    if (audits ? s.octaves < field.octave_count() : s.answer == Squeeze::Answer::open) return;
+    const bool real = s.answer == Squeeze::Answer::yes;
+    meet(audits ? audit(grid_, bounds(), extinction * field.squeezed_density(s), now_.v, real,
                         lookups_)
                 : real);
   }
@@ -194,7 +194,7 @@ class Lane {
   TYN_HD RandomStream random() const { return {pass_.seed, now_.stream, Pass::domain}; }
   TYN_HD bool is_audited() const { return tyndall::is_audited(now_.path.drawn.d); }
   TYN_HD std::size_t bounds() const {
-    return static_cast<std::size_t>(now_.component) * grid_.cells() + tracker_.cell();
+    return static_cast<std::size_t>(now_.component) * grid_.count() + tracker_.cell();
   }
 
   const Pass& pass_;
@@ -205,7 +205,7 @@ class Lane {
   Lookups lookups_;
 };
 
-/// The same for flights of fixed steps, some of which are a piece.
+/// A lane whose flights go in fixed steps, some of which are a piece of work.
 template <class Pass>
 requires(!has_majorants<Pass>) class Lane<Pass> {
  public:

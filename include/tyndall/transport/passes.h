@@ -55,8 +55,7 @@ TYN_HD Scattering scatter(Vec3f weight, Vec3f albedo, const RandomStream& random
 
 /// The next flight of a path that `face`, a ground, reflects: into directions of density cosine/pi.
 TYN_HD void reflect(const Box& box, Face face, const RandomStream& random, Path& path) {
-  path.drawn = random.block(++path.event, Purpose::walk);
-  path.tau = exponential(path.drawn.b);
+  path.draw(random);
   path.ray = {onto_face(box, face, path.ray.origin),
               direction_around(inward_normal(face), sqrt(uniform_symmetric(path.drawn.c)),
                                uniform_symmetric(path.drawn.d))};
@@ -153,29 +152,41 @@ struct ShootPass {
     return true;
   }
 
-  /// Where it ended in matter.
+  /// Where the flight of a photon ended at a real collision.
   TYN_HD bool collide(Burden& burden, const Flight& flight, const RandomStream& random,
                       Path& path) const {
+    const auto cell = [&] { return illumination.cells.cell_of(path.ray.origin); };
+    if (!interact(burden, flight, path.ray, random, path.event, cell)) return false;
+    path.ray.direction = medium.component(flight.component)
+                             .phase.sample(path.ray.direction, uniform_symmetric(path.drawn.c),
+                                           uniform_symmetric(path.drawn.d));
+    return true;
+  }
+
+  /// All of a real collision but the new direction: what the photon leaves, absorption, roulette.
+  /// \param arrival where it collides, and its direction until then \param cell () -> the cell of
+  /// the illumination grid there \return false where the collision ends the photon.
+  template <class Cell>
+  TYN_HD bool interact(Burden& burden, const Flight& flight, const Ray& arrival,
+                       const RandomStream& random, std::uint32_t event, Cell&& cell) const {
     burden.track.length = burden.track.length + flight.length;
     if (burden.track.scatterings++ == 0) deposit(accounts.own().audit.lit, 1);
     const auto& component = medium.component(flight.component);
     if (component.scatters() && burden.scores)
-      illumination.score(path.ray.origin, path.ray.direction, burden.weight, burden.group);
+      illumination.score(cell(), arrival.direction, burden.weight, burden.group);
     burden.scores = true;
-    if (!survive(flight.component, component.albedo, path.ray.origin, random, path.event,
-                 burden.weight))
-      return false;
-    path.ray.direction = component.phase.sample(path.ray.direction, uniform_symmetric(path.drawn.c),
-                                                uniform_symmetric(path.drawn.d));
-    return true;
+    return survive(flight.component, component.albedo, arrival.origin, random, event,
+                   burden.weight);
   }
 
   /// All is written down by then.
   TYN_HD void end(const Burden&) const {}
 
+ private:
   /// Absorption and roulette at a collision at `p`. \return false where they end the photon.
   TYN_HD bool survive(int component, Vec3f albedo, Vec3f p, const RandomStream& random,
                       std::uint32_t event, Vec3f& weight) const {
+    if (albedo.x == 1.0f && albedo.y == 1.0f && albedo.z == 1.0f) return true;  // as it is
     const Scattering next = scatter(weight, albedo, random, event);
     Ledger& ledger = accounts.own().ledger;
     std::int64_t absorbed[3];
@@ -268,13 +279,12 @@ struct MatterPass {
                          (static_cast<float>(c) + uniform(r.c)) * inverse});
   }
 
-  /// \return where `share` of the edges of a cell is.
-  TYN_HD Vec3f place(std::uint64_t index, Vec3f share) const {
-    int i, j, k;
-    cells.coordinates(index, i, j, k);
+  /// \return the position at `fraction` of the edges of a cell.
+  TYN_HD Vec3f place(std::uint64_t index, Vec3f fraction) const {
+    const Cells::Place at = cells.place(index);
     return cell_size
-           * Vec3f{static_cast<float>(i) + share.x, static_cast<float>(j) + share.y,
-                   static_cast<float>(k) + share.z};
+           * Vec3f{static_cast<float>(at.i) + fraction.x, static_cast<float>(at.j) + fraction.y,
+                   static_cast<float>(at.k) + fraction.z};
   }
 
   static constexpr float rounding = 1e-3f;  ///< of places, in edges of a cell: more than enough
@@ -283,22 +293,17 @@ struct MatterPass {
   /// has what a brick has beyond the box.
   TYN_HD bool is_empty(std::uint64_t index) const {
     if (cells.bricks.table) {
-      int i, j, k;
-      cells.coordinates(index, i, j, k);
-      if (index < cells.first() || i >= cells.nx || j >= cells.ny || k >= cells.nz) return true;
+      const Cells::Place at = cells.place(index);
+      if (index < cells.first() || at.i >= cells.nx || at.j >= cells.ny || at.k >= cells.nz)
+        return true;
     }
     const Vec3f low = place(index, {-rounding, -rounding, -rounding}),
                 high = place(index, {1 + rounding, 1 + rounding, 1 + rounding});
     const MajorantGrid& grid = medium.super_voxels;
-    const int i0 = MajorantGrid::coordinate(low.x, grid.inverse_cell_size.x, grid.nx),
-              i1 = MajorantGrid::coordinate(high.x, grid.inverse_cell_size.x, grid.nx);
-    const int j0 = MajorantGrid::coordinate(low.y, grid.inverse_cell_size.y, grid.ny),
-              j1 = MajorantGrid::coordinate(high.y, grid.inverse_cell_size.y, grid.ny);
-    const int k0 = MajorantGrid::coordinate(low.z, grid.inverse_cell_size.z, grid.nz),
-              k1 = MajorantGrid::coordinate(high.z, grid.inverse_cell_size.z, grid.nz);
-    for (int k = k0; k <= k1; ++k)
-      for (int j = j0; j <= j1; ++j)
-        for (int i = i0; i <= i1; ++i)
+    const Cells::Place first = grid.place_of(low), last = grid.place_of(high);
+    for (int k = first.k; k <= last.k; ++k)
+      for (int j = first.j; j <= last.j; ++j)
+        for (int i = first.i; i <= last.i; ++i)
           if (grid.total[grid.index(i, j, k)] > 0.0f) return false;
     return true;
   }

@@ -101,11 +101,8 @@ class SuperVoxelWalk {
     return at < 0 ? low : low + 1;
   }
 
-  /// Which super-voxel a walk has got to.
-  struct Place {
-    int i, j, k;
-  };
-  TYN_HD Place place() const { return place_; }
+  using Place = Cells::Place;
+  TYN_HD Place place() const { return place_; }  ///< the super-voxel that the walk has got to
   TYN_HD float distance() const {
     return t_;
   }                                                ///< along the ray, from the last periodic side
@@ -142,9 +139,7 @@ class SuperVoxelWalk {
 
   TYN_HD void start() {
     invert();
-    place_ = {MajorantGrid::coordinate(ray_.origin.x, grid_.inverse_cell_size.x, grid_.nx),
-              MajorantGrid::coordinate(ray_.origin.y, grid_.inverse_cell_size.y, grid_.ny),
-              MajorantGrid::coordinate(ray_.origin.z, grid_.inverse_cell_size.z, grid_.nz)};
+    place_ = grid_.place_of(ray_.origin);
     t_ = 0.0f;
     find_crossings();
   }
@@ -177,6 +172,12 @@ struct Path {
   std::uint32_t event;  ///< tentative collisions and reflections of the whole path so far
   RandomBlock drawn;    ///< of the last one: accept, tau of the next flight, two for a direction
   float reach = largest_float;  ///< [length] the flight ends there: that of a shadow walk
+
+  /// Draws for a tentative collision or a reflection, and for the flight after it.
+  TYN_HD void draw(const RandomStream& random) {
+    drawn = random.block(++event, Purpose::walk);
+    tau = exponential(drawn.b);
+  }
 };
 
 /// Which squeezed decisions are audited: one in 256, by bits of the block's last word that nothing
@@ -227,8 +228,7 @@ class Tracker {
   /// Draws for a tentative collision. \return what the extinction there must exceed for it to be
   /// real [1/length]
   TYN_HD float draw(Path& path, const RandomStream& random) const {
-    path.drawn = random.block(++path.event, Purpose::walk);
-    path.tau = exponential(path.drawn.b);
+    path.draw(random);
     return uniform(path.drawn.a) * grid_.total[walk_.cell()];
   }
 
@@ -374,8 +374,7 @@ class March {
     if (walk_.travelled() > path.reach) return escape();
     ++audit.tentative;
     ++audit.real;
-    path.drawn = random.block(++path.event, Purpose::walk);
-    path.tau = exponential(path.drawn.b);
+    path.draw(random);
     flight_.end = Flight::End::collided;
     flight_.component = choose(medium, middle, uniform(path.drawn.a) * sigma_t, nodes);
     return false;
