@@ -649,7 +649,7 @@ class LightList {
     double area = 0;
     for (Face face = 0; face < 6; ++face) {
       const double cosine = glm::dot(direction, to_dvec3(inward_normal(face)));
-      if (!is_open(box_, face) || cosine <= 0) continue;
+      if (!box_.is_open(face) || cosine <= 0) continue;
       e.kind = Emitter::Kind::beam;
       e.face = face;
       emit_light(e, cosine * face_area(box_, face) * light.irradiance, true);
@@ -664,7 +664,7 @@ class LightList {
     const glm::dvec3 radiance = light.scale * light.radiance;
     double area = 0;
     for (Face face = 0; face < 6; ++face) {
-      if (!is_open(box_, face)) continue;
+      if (!box_.is_open(face)) continue;
       Emitter e;
       e.kind = Emitter::Kind::environment;
       e.face = face;

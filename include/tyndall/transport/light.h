@@ -502,20 +502,6 @@ struct DirectLights {
   }
 };
 
-/// \return the point of `face` at (u, v) in [0, 1]^2.
-TYN_HD Vec3f point_on_face(const Box& box, Face face, float u, float v) {
-  const Vec3f e = box.extent;
-  const bool high = (face & 1) != 0;
-  if (face / 2 == 0) return {high ? e.x : 0.0f, u * e.y, v * e.z};
-  if (face / 2 == 1) return {u * e.x, high ? e.y : 0.0f, v * e.z};
-  return {u * e.x, v * e.y, high ? e.z : 0.0f};
-}
-
-TYN_HD Vec3f inward_normal(Face face) {
-  const float s = (face & 1) != 0 ? -1.0f : 1.0f;
-  return {face / 2 == 0 ? s : 0.0f, face / 2 == 1 ? s : 0.0f, face / 2 == 2 ? s : 0.0f};
-}
-
 struct Photon {
   Ray ray;
   Vec3f weight;  ///< RGB, in units of the power of one photon
@@ -525,29 +511,6 @@ TYN_HD const Emitter& choose(const Lights& lights, std::uint32_t word) {
   int chosen = 0;
   while (chosen + 1 < lights.count && word > lights.emitters[chosen].last_word) ++chosen;
   return lights.emitters[chosen];
-}
-
-/// Whether light can enter and leave through `face`.
-TYN_HD bool is_open(const Box& box, Face face) {
-  return !box.is_periodic(face) && !box.is_ground(face);
-}
-
-/// The area that the open faces of the box show to parallel light, one axis each.
-TYN_HD Vec3f lit_areas(const Box& box, Vec3f direction) {
-  const Vec3f e = box.extent;
-  return {is_open(box, direction.x < 0.0f ? 1 : 0) ? e.y * e.z * abs(direction.x) : 0.0f,
-          is_open(box, direction.y < 0.0f ? 3 : 2) ? e.x * e.z * abs(direction.y) : 0.0f,
-          is_open(box, direction.z < 0.0f ? 5 : 4) ? e.x * e.y * abs(direction.z) : 0.0f};
-}
-
-/// A point of the open faces that parallel light falls on, evenly as the light sees them.
-/// \param areas lit_areas(), not all 0; u, v, w in [0, 1]
-TYN_HD Vec3f lit_point(const Box& box, Vec3f direction, Vec3f areas, float u, float v, float w) {
-  const float at = w * (areas.x + areas.y + areas.z);
-  if (at < areas.x) return point_on_face(box, direction.x < 0.0f ? 1 : 0, u, v);
-  if (areas.y > 0.0f && (at < areas.x + areas.y || !(areas.z > 0.0f)))
-    return point_on_face(box, direction.y < 0.0f ? 3 : 2, u, v);
-  return point_on_face(box, direction.z < 0.0f ? 5 : 4, u, v);
 }
 
 /// A line that passes two centres, the second one `distance` behind the first: that of a light and
