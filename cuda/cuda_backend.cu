@@ -7,6 +7,7 @@
 
 #include "device.h"
 #include "run_pass.h"
+#include "schedule.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/parallel.h"
@@ -14,7 +15,6 @@
 #include "tyndall/render/render.h"
 #include "tyndall/transport/depth.h"
 #include "tyndall/transport/lane.h"
-#include "tyndall/transport/schedule.h"
 
 namespace tyndall {
 namespace {
