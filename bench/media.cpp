@@ -75,13 +75,12 @@ Scene scene_of(const Case& which, int super_voxels) {
 PreparedScene prepare_case(const Case& which, int super_voxels, int threads, double table_points) {
   PreparedScene scene = prepare(ResolvedScene::unchecked(scene_of(which, super_voxels)), threads,
                                 {}, {}, table_points);
-  Emitter light;
-  light.kind = Emitter::Kind::disc;
-  light.last_word = 0xffffffffu;
+  // Its cone holds the disc of radius 0.5 across the middle of the box.
+  lights::Point light;
   light.position = {0.5f, 0.5f, -1.5f};
-  light.direction = {0, 0, 2};
-  light.radius = 0.5f;
-  scene.emitters = {light};
+  light.cone.height = 0.029857499f;  // 1 - cos(atan(1/4))
+  scene.emitters = {Emitter{light}};
+  scene.emitters[0].last_word = 0xffffffffu;
   scene.shot_power = 1;
   scene.cells.channels = 1;
   return scene;

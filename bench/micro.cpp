@@ -12,8 +12,8 @@
 #include <benchmark/benchmark.h>
 #include <nanovdb/util/GridBuilder.h>
 
-#include "host/warp.h"
 #include "media.h"
+#include "support/warp.h"
 #include "tyndall/medium/phase.h"
 #include "tyndall/random/random.h"
 #include "tyndall/render/parallel.h"

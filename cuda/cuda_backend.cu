@@ -7,6 +7,7 @@
 
 #include "device.h"
 #include "run_pass.h"
+#include "schedule.h"
 #include "tyndall/render/backend.h"
 #include "tyndall/render/error.h"
 #include "tyndall/render/measurement_pass.h"
@@ -14,7 +15,6 @@
 #include "tyndall/render/prepare.h"
 #include "tyndall/render/render.h"
 #include "tyndall/transport/lane.h"
-#include "tyndall/transport/schedule.h"
 
 namespace tyndall {
 namespace {
@@ -78,7 +78,7 @@ class CudaBackend final : public Backend {
     cells_ = scene.cells;
     cells_.bricks.relocate(to_device);
     std::vector<DirectLight> direct = scene.direct_lights;
-    for (DirectLight& light : direct) light.sky.relocate(to_device);
+    for (DirectLight& light : direct) relocate(light.light, to_device);
     direct_lights_ = {arrays_.keep(direct.data(), direct.size()), static_cast<int>(direct.size())};
     const std::vector<std::uint32_t>& bright = scene.bright_pixels;
     bright_pixels_ = bright.empty() ? nullptr : arrays_.keep(bright.data(), bright.size());

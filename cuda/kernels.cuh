@@ -11,9 +11,9 @@
 
 #include "device.h"
 #include "run_pass.h"
+#include "schedule.h"
 #include "tyndall/transport/lane.h"
 #include "tyndall/transport/passes.h"
-#include "tyndall/transport/schedule.h"
 
 namespace tyndall {
 

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include <glm/common.hpp>
 
 #include "render/exponential.h"
 #include "render/majorants.h"
-#include "render/scene_values.h"
+#include "scene/values.h"
 #include "tyndall/render/bounds.h"
 
 namespace tyndall {
@@ -103,6 +105,13 @@ std::vector<float> tabulate_blackbody() {
   return table;
 }
 
+/// \return nothing of fields that have none.
+const scene::Remap* remap_of(const scene::Field& field) {
+  if (const auto* grid = std::get_if<scene::DenseGrid>(&field)) return &grid->remap;
+  if (const auto* grid = std::get_if<scene::SparseGrid>(&field)) return &grid->remap;
+  return nullptr;
+}
+
 }  // namespace
 
 const std::vector<float>& blackbody_table() {
@@ -110,17 +119,18 @@ const std::vector<float>& blackbody_table() {
   return table;
 }
 
-Glow glow(const std::vector<Component<AnyField>>& components, std::size_t c, const Box& box,
-          const MajorantTables& bounds, int threads, const Stop& stop) {
+PreparedEmission prepare_emission(const std::vector<Component<AnyField>>& components, std::size_t c,
+                                  const Box& box, const MajorantTables& bounds, int threads,
+                                  const Stop& stop) {
   constexpr int edge = 64;
-  Glow out;
+  PreparedEmission out;
   const Component<AnyField>& component = components[c];
   const Emission& emission = *component.emission;
   const glm::dvec3 extent = to_dvec3(box.extent);
   const Region matter = matter_region(bounds, c, extent);
   if (!(matter.half.x > 0)) return out;
   const Vec3f share = Vec3f{1, 1, 1} - component.albedo;
-  GlowCells cells;
+  EmissionCells cells;
   cells.nx = cells.ny = cells.nz = edge;
   cells.low = to_vec3f(matter.center - matter.half);
   cells.size = to_vec3f(2.0 * matter.half / double{edge});
@@ -158,10 +168,61 @@ Glow glow(const std::vector<Component<AnyField>>& components, std::size_t c, con
   const double volume = double{cells.size.x} * double{cells.size.y} * double{cells.size.z};
   out.power = 4 * double{pi} * double{cells.unit} * static_cast<double>(total) * volume;
   cells.ends = out.ends.data();
-  out.emitter.kind = Emitter::Kind::matter;
-  out.emitter.component = static_cast<int>(c);
-  out.emitter.cells = cells;
+  out.emitter.medium = {static_cast<int>(c), cells};
   return out;
+}
+
+std::string why_dark(const Component<AnyField>& component, const scene::Component& from,
+                     double power, double hottest) {
+  if (component.extinction == 0) return "";  // which check() says
+  const Emission& emission = *component.emission;
+  if (const auto* body = std::get_if<scene::BlackbodyEmission>(&from.emission)) {
+    // Below, what the eye sees of a black body is less than 1e-9 W/(m^2 sr).
+    constexpr double visible = 700, fire = 2000;
+    if (body->intensity == 0) return "its intensity is 0";
+    const double anywhere = largest_density(emission.field);
+    if (anywhere >= visible && hottest < visible && largest_density(component.field) > 0)
+      return fmt::format(
+          "its field is hot only where the medium is not: its largest temperature is {:.4g} K, "
+          "{:.4g} K in the medium; move one of them",
+          anywhere, hottest);
+    if (anywhere < visible) {
+      const scene::Remap* remap = remap_of(body->temperature);
+      const std::string remedy = !remap || !(anywhere > 0) ? "give a hotter field"
+                                 : remap->offset != 0 || !(remap->scale > 0)
+                                     ? "give a remap that makes kelvins of its numbers"
+                                 : anywhere <= 1.5
+                                     ? fmt::format(
+                                         "the convention 0 to 1 wants a remap that makes kelvins "
+                                         "of it, such as \"remap\": {{\"scale\": {:.4g}}}",
+                                         fire / anywhere * remap->scale)
+                                     : fmt::format(
+                                         "if its numbers are not kelvins, make kelvins of them, "
+                                         "such as by \"remap\": {{\"scale\": {:.4g}}}",
+                                         fire / anywhere * remap->scale);
+      return fmt::format(
+          "its largest temperature is {:.4g} K, and black bodies below {} K do not "
+          "shine visibly; {}",
+          anywhere, visible, remedy);
+    }
+  }
+  if (power > 0) return "";
+  if (!(largest(emission.factor) > 0)) return "";  // which check() says
+  if (!(largest_density(component.field) > 0))
+    return "the component holds no matter that could shine";
+  if (emission.kind != Emission::Kind::color && !(largest_density(emission.field) > 0))
+    return "its field is 0 everywhere; give one that is not";
+  const Vec3f share = Vec3f{1, 1, 1} - component.albedo;
+  if (!(largest(share * emission.factor) > 0))
+    return "matter emits as it absorbs, and it absorbs nothing in the colours of the emission; "
+           "lower its albedo there";
+  return "its field is 0 where the matter is; move one of them";
+}
+
+double largest_density(const AnyField& field) {
+  using enum AnyField::Kind;
+  if (field.kind == solid || field.kind == noise_cloud) return 1;
+  return density_bounds(field, {glm::dvec3(0.0), glm::dvec3(1e30)}).upper;
 }
 
 }  // namespace tyndall

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/scene_values.h"
+#include "scene/values.h"
 #include "tyndall/render/volume.h"
 
 namespace tyndall {

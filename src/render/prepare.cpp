@@ -171,7 +171,7 @@ void prepare_groups(PreparedScene& out) {
   const auto last = static_cast<int>(out.groups.size());
   bool shines = false;
   for (Emitter& emitter : out.emitters) {
-    if (emitter.kind != Emitter::Kind::matter) continue;
+    if (!emitter.is_medium()) continue;
     emitter.group = last;
     shines = true;
   }
@@ -199,12 +199,10 @@ float peak(const Phase& phase) {
 /// A power of two near the radiance of the brightest things: the film's integers count 2^-24 of it,
 /// and its samples end at Film::range times it. Where a phase function has a peak that would be cut
 /// there, seen towards a light, as much more as it takes.
+/// \param light see prepare_lights()
 float film_unit(const Scene& scene, const std::vector<Component<AnyField>>& components,
-                const Box& box) {
-  double brightest = largest(scene.background), light = 0;
-  for (const scene::Light& l : scene.lights)
-    light = std::max(light, brightness(l, scene.medium.box_min, box));
-  brightest = std::max(brightest, light);
+                const Box& box, double light) {
+  double brightest = std::max(largest(scene.background), light);
   float largest_peak = 0;
   for (const Component<AnyField>& c : components) {
     if (c.emission) brightest = std::max(brightest, brightest_source(c, box));
@@ -251,7 +249,7 @@ int illumination_channels(const PreparedScene& scene, const Box& box) {
   const bool grey =
       std::all_of(scene.emitters.begin(), scene.emitters.end(),
                   [](const Emitter& e) {
-                    return e.kind != Emitter::Kind::matter && e.kind != Emitter::Kind::sky
+                    return !e.is_medium() && !e.light.is<lights::ImageEnvironment>()
                            && is_grey(e.weight);
                   })
       && std::all_of(scene.components.begin(), scene.components.end(),
@@ -352,11 +350,11 @@ PreparedScene prepare(const ResolvedScene& resolved, int threads,
     store_bricks(box, plan.cells, threads, stop, out);
     if (receives_in_matter_alone(scene)) out.clumps = find_clumps(out, box, plan.cells);
   }
-  prepare_lights(scene, box, threads, stop, out);
+  const double brightest_light = prepare_lights(scene, box, threads, stop, out);
   prepare_groups(out);
   out.background = to_vec3f(scene.background);
   prepare_view(resolved, out);
-  out.film_unit = film_unit(scene, out.components, box);
+  out.film_unit = film_unit(scene, out.components, box, brightest_light);
   out.seed = scene.seed;
 
   const auto [cx, cy, cz] = plan.cells;
@@ -389,11 +387,7 @@ PreparedScene prepare(const ResolvedScene& resolved, int threads,
 
 std::vector<std::string> lights_that_give_nothing(const ResolvedScene& resolved, int threads) {
   const Scene& scene = resolved;
-  const bool has_placed =
-      std::any_of(scene.lights.begin(), scene.lights.end(), [](const scene::Light& light) {
-        return !std::holds_alternative<scene::DirectionalLight>(light)
-               && !std::holds_alternative<scene::EnvironmentLight>(light);
-      });
+  const bool has_placed = !std::all_of(scene.lights.begin(), scene.lights.end(), is_distant);
   const std::vector<scene::Component>& components = scene.medium.components;
   const bool shines =
       std::any_of(components.begin(), components.end(), [](const scene::Component& c) {
@@ -410,7 +404,7 @@ void prepare_view(const ResolvedScene& scene, PreparedScene& prepared) {
   p.film_width = p.camera.window.width;
   p.film_height = p.camera.window.height;
   const DirectLights lights{p.direct_lights.data(), static_cast<int>(p.direct_lights.size())};
-  const bool is_dark = !(largest(p.background) > 0.0f) && !lights.any_met();
+  const bool is_dark = !(largest(p.background) > 0.0f) && !lights.any_hit();
   p.bright_pixels =
       is_dark ? pixels_that_meet(p.camera, view(scene->medium)) : std::vector<std::uint32_t>();
   p.gather_seed = scene->gather_seed.value_or(scene->seed);

@@ -6,8 +6,8 @@
 
 #include <cstring>
 
-#include "host/warp.h"
 #include "support/scenes.h"
+#include "support/warp.h"
 #include "tyndall/render/render.h"
 
 namespace tyndall::test {

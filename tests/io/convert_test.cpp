@@ -698,8 +698,7 @@ TEST(Convert, PbrtIsGivenNoLightThatTheCameraSees) {
           const Ray ray = camera.aperture_radius > 0
                               ? ours.camera.ray_through_lens(u, v, 0.9f, 7 * u + 5 * v)
                               : ours.camera.ray(u, v);
-          ours.direct_lights.at(0).meet(ray.origin, ray.direction, largest_float,
-                                        [&](Vec3f, float) { is_met = true; });
+          is_met = is_met || ours.direct_lights.at(0).intersect(ray, largest_float, 0).is_hit;
         }
       const std::string why = refusal(file_of(scene), "s.pbrt");
       EXPECT_TRUE(why.empty() || why.find("lights[0]: pbrt has no area light") != why.npos) << why;

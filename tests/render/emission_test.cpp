@@ -80,22 +80,22 @@ TEST(Blackbody, lies_on_its_table_within_a_thousandth) {
   }
 }
 
-TEST(GlowCells, are_chosen_by_their_weights) {
+TEST(EmissionCells, are_sampled_by_their_weights) {
   const std::vector<std::uint32_t> ends = {0, 5, 5, 1000, 1001, 4000, 4000, 4096};
-  GlowCells cells;
+  EmissionCells cells;
   cells.nx = cells.ny = cells.nz = 2;
   cells.ends = ends.data();
   cells.unit = 0.5f;
   std::vector<std::uint32_t> counts(8, 0);
-  for (std::uint32_t i = 0; i < 4096; ++i) ++counts[static_cast<unsigned>(cells.choose(i << 20))];
+  for (std::uint32_t i = 0; i < 4096; ++i) ++counts[static_cast<unsigned>(cells.sample(i << 20))];
   std::uint32_t last = 0;
   for (unsigned k = 0; k < 8; ++k) {
     EXPECT_EQ(counts[k], ends[k] - last) << k;
     EXPECT_EQ(cells.bound(static_cast<int>(k)), 0.5f * static_cast<float>(ends[k] - last));
     last = ends[k];
   }
-  EXPECT_EQ(cells.choose(0), 1);
-  EXPECT_EQ(cells.choose(0xffffffffu), 7);
+  EXPECT_EQ(cells.sample(0), 1);
+  EXPECT_EQ(cells.sample(0xffffffffu), 7);
 }
 
 // Every point of every cell emits no more than the cell's bound.
@@ -112,12 +112,12 @@ TEST(Glow, bounds_hold_everywhere) {
     scene.medium.majorant_resolution.fill(4);
     const PreparedScene prepared = prepare(scene, 0);
     const Component<AnyField>& c = prepared.components[0];
-    const GlowCells& cells = prepared.emitters[0].cells;
+    const EmissionCells& cells = prepared.emitters[0].medium.cells;
     int above = 0;
     double tightest = 0;
     for (std::uint64_t i = 0; i < 300000; ++i) {
       const RandomBlock r = RandomStream{3, i, Domain::photon}.block(0, Purpose::place);
-      const int cell = cells.choose(r.a);
+      const int cell = cells.sample(r.a);
       const Vec3f p = cells.point(cell, uniform(r.b), uniform(r.c), uniform(r.d));
       TreeNodes nodes;
       const float j = c.sigma_t(p, nodes) * largest(c.emitted(p));

@@ -88,7 +88,7 @@ TEST(Prepare, local_space_begins_at_the_corner_of_the_box) {
   scene.camera.position = {4, -3, 2};
   const PreparedScene prepared = prepare(scene, 0);
   expect_near(box_of(prepared).extent, {1, 2, 1}, 0);
-  expect_near(prepared.emitters[0].position, {0.5, 3.5, -0.5}, 0);
+  expect_near(prepared.emitters[0].light.as<lights::Point>().position, {0.5, 3.5, -0.5}, 0);
   expect_near(prepared.camera.position, {0, 0, -5}, 0);
   EXPECT_EQ(sigma_t_at(prepared, {0.5f, 1.0f, 0.5f}), 3.0f);
   EXPECT_EQ(sigma_t_at(prepared, {0.5f, 1.2f, 0.5f}), 3.0f);
@@ -151,9 +151,9 @@ TEST(Lights, a_beam_brings_its_irradiance_times_the_box_as_it_sees_it) {
   scene.lights = {scene::DirectionalLight{direction, irradiance}};
   const PreparedScene prepared = prepare(scene, 0);
   ASSERT_EQ(prepared.emitters.size(), 3);  // the faces -x, +y, -z
-  EXPECT_EQ(prepared.emitters[0].face, 0);
-  EXPECT_EQ(prepared.emitters[1].face, 3);
-  EXPECT_EQ(prepared.emitters[2].face, 4);
+  constexpr Face faces[] = {0, 3, 4};
+  for (std::size_t i = 0; i < 3; ++i)
+    EXPECT_EQ(prepared.emitters[i].light.as<lights::Parallel>().face, faces[i]);
   const double seen = (2.0 * 6 + 3.0 * 3 + 6.0 * 2) / 7;
   EXPECT_NEAR(prepared.shot_power, 4 * seen, 1e-6);
   EXPECT_NEAR(share(prepared, 1), 9.0 / 33, 1e-9);
@@ -174,7 +174,8 @@ TEST(Lights, an_environment_brings_pi_times_its_radiance_times_the_open_faces) {
   EXPECT_NEAR(mean_power(prepared).y, 0.25 * pi * 2 * (6 + 2), 1e-5);
   expect_near(prepared.background, {1, 2, 3});  // rays meet the environment beside it
   ASSERT_EQ(prepared.direct_lights.size(), 1);
-  expect_near(prepared.direct_lights[0].amount, {0.5, 0.25, 2});
+  expect_near(prepared.direct_lights[0].light.as<lights::ConstantEnvironment>().radiance,
+              {0.5, 0.25, 2});
 }
 
 TEST(Lights, a_point_light_shoots_only_into_the_cone_about_the_box) {
@@ -185,7 +186,7 @@ TEST(Lights, a_point_light_shoots_only_into_the_cone_about_the_box) {
   const double sine = std::sqrt(0.75) / 4, solid_angle = 0.5 * (1 - std::sqrt(1 - sine * sine));
   EXPECT_NEAR(prepared.shot_power, 3 * solid_angle, 3e-5);
   EXPECT_GE(prepared.shot_power, 3 * solid_angle);  // never too narrow a cone
-  expect_near(prepared.emitters[0].direction, {0, 0, 1});
+  expect_near(prepared.emitters[0].light.as<lights::Point>().cone.axis, {0, 0, 1});
   for (int c = 0; c < 3; ++c) {
     EXPECT_NEAR(mean_power(prepared)[c] + prepared.unshot_power[c], power[c], 1e-6);
   }

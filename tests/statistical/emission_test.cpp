@@ -152,9 +152,9 @@ TEST(Emission, photons_start_where_the_matter_shines) {
   }
   for (std::uint64_t i = 0; i < 60000; ++i) {
     const RandomStream stream{1, i, Domain::photon};
-    const Photon photon =
-        emit_from_matter(prepared.emitters[0], medium, stream.block(0, Purpose::emission),
-                         stream.block(0, Purpose::aim), stream.block(0, Purpose::place));
+    const Photon photon = prepared.emitters[0].medium.emit(
+        medium, stream.block(0, Purpose::emission), stream.block(0, Purpose::aim),
+        stream.block(0, Purpose::place));
     if (largest(photon.weight) == 0) continue;
     ++counted[static_cast<int>(photon.ray.origin.x * slices)];
     ++born;

@@ -5,9 +5,9 @@
 #include <atomic>
 #include <vector>
 
+#include "cuda/schedule.h"
 #include "support/scenes.h"
 #include "tyndall/render/render.h"
-#include "tyndall/transport/schedule.h"
 
 namespace tyndall::test {
 

@@ -159,7 +159,7 @@ struct Met {
 };
 Met meet(const DirectLights& lights, Vec3f from, Vec3f direction, float distance) {
   Met met;
-  lights.meet(from, direction, distance, [&](Vec3f radiance, float pdf, int) {
+  lights.intersect({from, direction}, distance, [&](Vec3f radiance, float pdf, int) {
     met.radiance += exact(radiance);
     met.pdf += double{pdf};
     ++met.times;
@@ -213,7 +213,7 @@ TEST(DirectLights, draw_directions_with_the_density_that_rays_meet_them_with) {
   for (const Case& c : cases()) {
     if (is_even(c.light)) continue;
     const Lit lit({c.light});
-    if (!lit.lights.any_met()) continue;
+    if (!lit.lights.any_hit()) continue;
     for (const glm::dvec3& p : places) {
       glm::dvec3 axis;
       double angle = 0;
@@ -263,7 +263,7 @@ TEST(DirectLights, that_were_drawn_are_met_where_they_were_drawn) {
   for (const Case& c : cases()) {
     if (is_even(c.light)) continue;
     const Lit lit({c.light});
-    const bool is_met = lit.lights.any_met();
+    const bool is_met = lit.lights.any_hit();
     int missed = 0;
     for (int k = 0; k < 2000; ++k) {
       const glm::dvec3 p = glm::mix(places[0], places[1], k / 2000.0);
@@ -374,7 +374,7 @@ TEST(DirectLights, are_chosen_with_the_chance_that_their_density_has) {
   ASSERT_EQ(lit.prepared.light_groups.size(), all.size());
   ASSERT_EQ(lit.lights.count, static_cast<int>(all.size()));
   double chances = 0;
-  for (const DirectLight& light : lit.prepared.direct_lights) chances += double{light.chance};
+  for (const DirectLight& light : lit.prepared.direct_lights) chances += double{light.probability};
   EXPECT_NEAR(chances, 1, 1e-6);
   std::vector<Series> series(all.size());
   for (int k = 0; k < 400000; ++k) {
@@ -494,9 +494,7 @@ TEST(DirectLights, between_periodic_sides_are_those_without_images) {
   for (const DirectLight& light : lit.prepared.direct_lights) EXPECT_TRUE(light.is_distant());
   EXPECT_EQ(lit.lights.count, 6);
   for (const Emitter& e : lit.prepared.emitters) {
-    const bool distant = e.kind == Emitter::Kind::beam || e.kind == Emitter::Kind::sun
-                         || e.kind == Emitter::Kind::environment || e.kind == Emitter::Kind::sky;
-    EXPECT_EQ(e.is_apart, distant);
+    EXPECT_EQ(e.is_apart, e.light.visit([](const auto& light) { return light.is_distant; }));
   }
   EXPECT_EQ(lit.prepared.unshot_power, glm::dvec3(0));
 }
@@ -504,10 +502,10 @@ TEST(DirectLights, between_periodic_sides_are_those_without_images) {
 TEST(DirectLights, are_those_that_rays_meet_first) {
   const Lit lit({scene::PointLight{}, scene::SphereLight{{2, 2, 2}, 0.1, glm::dvec3(1), ""},
                  scene::DirectionalLight{}, scene::EnvironmentLight{}});
-  EXPECT_TRUE(lit.lights.any_met());
-  EXPECT_TRUE(lit.prepared.direct_lights[1].is_met());
-  EXPECT_FALSE(lit.prepared.direct_lights[2].is_met());
-  EXPECT_FALSE(Lit({scene::PointLight{}, scene::DirectionalLight{}}).lights.any_met());
+  EXPECT_TRUE(lit.lights.any_hit());
+  EXPECT_FALSE(lit.prepared.direct_lights[1].is_delta());
+  EXPECT_TRUE(lit.prepared.direct_lights[2].is_delta());
+  EXPECT_FALSE(Lit({scene::PointLight{}, scene::DirectionalLight{}}).lights.any_hit());
   EXPECT_EQ(lit.prepared.light_groups, std::vector<std::string>{""});
 }
 
@@ -515,13 +513,13 @@ TEST(DirectLights, that_are_the_same_from_everywhere_are_met_and_never_asked) {
   scene::EnvironmentLight sky;
   sky.radiance = {1, 2, 3};
   const Lit alone({sky});
-  EXPECT_TRUE(alone.lights.any_met());
-  EXPECT_FALSE(alone.lights.any_asked());
+  EXPECT_TRUE(alone.lights.any_hit());
+  EXPECT_FALSE(alone.lights.any_sampled());
   const Lit lit(
       {scene::PointLight{}, sky, scene::DirectionalLight{{0, -1, 0}, glm::dvec3(1), 2, ""}});
-  EXPECT_TRUE(lit.lights.any_asked());
+  EXPECT_TRUE(lit.lights.any_sampled());
   Vec3f met{0, 0, 0};
-  lit.lights.meet({0, 0, 0}, {0, -1, 0}, largest_float, [&](Vec3f radiance, float pdf, int) {
+  lit.lights.intersect({{0, 0, 0}, {0, -1, 0}}, largest_float, [&](Vec3f radiance, float pdf, int) {
     EXPECT_EQ(pdf, 0.0f) << "all of it is found by chance";
     met = met + radiance;
   });

@@ -68,20 +68,21 @@ TEST(Lights, a_point_light_shines_evenly_into_a_cone_that_holds_the_box) {
                                     glm::dvec3(0.5, 1, 0.25), glm::dvec3(0.5, 1, 1.0)}) {
     const Lit lit({scene::PointLight{position, glm::dvec3(8)}});
     ASSERT_EQ(lit.prepared.emitters.size(), 1u);
-    const Emitter& e = lit.prepared.emitters[0];
-    const double height = e.cone_height, share = 0.5 * height;
+    const auto& e = lit.prepared.emitters[0].light.as<lights::Point>();
+    const Vec3f axis = e.cone.axis;
+    const double height = e.cone.height, share = 0.5 * height;
     EXPECT_NEAR(lit.prepared.shot_power, 8 * share, 1e-9);
     EXPECT_NEAR(lit.prepared.unshot_power.x, 8 * (1 - share), 1e-9);
     for (int corner = 0; corner < 8; ++corner) {
       const Vec3f c{corner & 1 ? 1.0f : 0.0f, corner & 2 ? 2.0f : 0.0f, corner & 4 ? 0.5f : 0.0f};
-      EXPECT_GE(double{dot(normalize(c - e.position), e.direction)}, 1 - height) << corner;
+      EXPECT_GE(double{dot(normalize(c - e.position), axis)}, 1 - height) << corner;
     }
     std::vector<std::int64_t> counts(200, 0);
-    const Vec3f s = to_frame_of(e.direction, {1, 0, 0}), t = to_frame_of(e.direction, {0, 1, 0});
+    const Vec3f s = to_frame_of(axis, {1, 0, 0}), t = to_frame_of(axis, {0, 1, 0});
     for (std::uint64_t i = 0; i < photons; ++i) {
       const Vec3f d = lit.photon(i).ray.direction;
       ASSERT_NEAR(length(d), 1, 1e-6);
-      const double part = double{cap_height(d, e.direction)} / height;
+      const double part = double{cap_height(d, axis)} / height;
       ASSERT_LT(part, 1 + 1e-4);
       const double turn = 0.5 + std::atan2(double{dot(d, t)}, double{dot(d, s)}) / (2 * double{pi});
       ++counts[20 * bin(part, 10) + bin(turn, 20)];
@@ -95,8 +96,9 @@ TEST(Lights, the_cone_of_a_point_light_leaves_out_nothing_that_meets_the_box) {
   const glm::dvec3 position(2.5, 1.7, -1);
   const Lit lit({scene::PointLight{position, glm::dvec3(1)}});
   Emitter everywhere = lit.prepared.emitters[0];
-  everywhere.cone_height = 2;
-  everywhere.is_far = false;
+  auto& point = everywhere.light.as<lights::Point>();
+  point.cone.height = 2;
+  point.is_far = false;
   std::int64_t met = 0, met_of_all = 0;
   for (std::uint64_t i = 0; i < photons; ++i) {
     Ray ray = lit.photon(i).ray;
@@ -172,7 +174,12 @@ TEST(Lights, nothing_comes_through_periodic_sides) {
   Lit lit({scene::EnvironmentLight{}, scene::DirectionalLight{{1, 1, 1}, glm::dvec3(1)}});
   lit.scene.medium.sides = {scene::Side::periodic, scene::Side::open, scene::Side::periodic};
   lit.prepare_again();
-  for (const Emitter& e : lit.prepared.emitters) EXPECT_EQ(e.face / 2, 1);
+  for (const Emitter& e : lit.prepared.emitters) {
+    const Face face = e.light.is<lights::Parallel>()
+                          ? e.light.as<lights::Parallel>().face
+                          : e.light.as<lights::ConstantEnvironment>().face;
+    EXPECT_EQ(face / 2, 1);
+  }
   EXPECT_EQ(lit.prepared.emitters.size(), 3u);
 }
 

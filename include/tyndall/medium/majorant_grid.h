@@ -6,23 +6,9 @@
 #include <cstdint>
 
 #include "tyndall/base/cells.h"
+#include "tyndall/medium/box.h"
 
 namespace tyndall {
-
-/// What light can be in: [0, extent] in local space, whose origin is the corner of the scene's box.
-/// One length unit is the scene's. Sides are open, or periodic per axis; open faces may be grounds,
-/// opaque on both sides, which reflect what meets them from inside evenly in all directions.
-struct Box {
-  Vec3f extent{1, 1, 1};
-  bool periodic_x = false, periodic_y = false, periodic_z = false;
-  std::uint32_t grounds = 0;    ///< a bit for each face: -x +x -y +y -z +z
-  Vec3f ground_albedo[6] = {};  ///< RGB, of those that are
-
-  TYN_HD bool is_periodic(int face) const {
-    return face / 2 == 0 ? periodic_x : face / 2 == 1 ? periodic_y : periodic_z;
-  }
-  TYN_HD bool is_ground(int face) const { return (grounds >> face & 1u) != 0; }
-};
 
 struct MajorantGrid : Cells {
   int components = 1;

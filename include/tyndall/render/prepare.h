@@ -36,7 +36,7 @@ struct PreparedScene {
   AnySampler sampler;
   std::vector<Emitter> emitters;
   Camera camera;
-  std::vector<DirectLight> direct_lights;  ///< those that rays may meet first
+  std::vector<DirectLight> direct_lights;  ///< sorted: see DirectLights
   std::vector<std::string> light_groups;   ///< names, in the order of the scene's lights
   Vec3f background{0, 0, 0};               ///< [W/(area sr)] that the camera sees behind everything
   std::vector<std::string> groups;      ///< whose light is kept apart: light_groups, that of matter

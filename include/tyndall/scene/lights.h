@@ -29,7 +29,8 @@ struct DirectionalLight {
   std::string group{};
 };
 /// Radiance from everywhere; the camera sees it. How an image lies around the scene is said at
-/// SkyImage (tyndall/transport/light.h): with +y up its middle is at +z, its left half at +x.
+/// ImageEnvironment (tyndall/transport/lights/environment.h): with +y up its middle is at +z, its
+/// left half at +x.
 struct EnvironmentLight {
   glm::dvec3 radiance{1.0};              ///< [W/(area sr)] without an image
   double scale = 1;                      ///< times that, or times the image

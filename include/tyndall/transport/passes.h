@@ -108,17 +108,16 @@ struct ShootPass {
 
   TYN_HD std::uint64_t stream(std::uint64_t index) const { return index; }
 
-  /// \return false where the photon misses the medium, or the matter that was to shine.
+  /// \return false where the photon misses the medium, or was rejected.
   TYN_HD bool begin(Burden& burden, const RandomStream& random, Path& path) const {
     const RandomBlock first = random.block(0, Purpose::emission);
     const RandomBlock aim = random.block(0, Purpose::aim);
-    const Emitter& light = choose(lights, first.a);
-    const Photon photon = light.kind == Emitter::Kind::matter ? emit_from_matter(
-                              light, medium, first, aim, random.block(0, Purpose::place))
-                          : light.clump >= 0 ? emit_at_clump(light, lights, first, aim)
-                                             : emit(light, medium.whole.box, first, aim);
+    const Emitter& emitter = lights.sample(first.a);
+    const Photon photon = emitter.is_medium() ? emitter.medium.emit(medium, first, aim,
+                                                                    random.block(0, Purpose::place))
+                                              : emit(emitter, lights, medium.whole.box, first, aim);
     path = {photon.ray, exponential(first.d), 0, {}};
-    burden = {photon.weight, illumination.cells.groups > 1 ? light.group : 0, !light.is_apart};
+    burden = {photon.weight, illumination.cells.groups > 1 ? emitter.group : 0, !emitter.is_apart};
     Ledger& ledger = accounts.own().ledger;
     deposit(ledger.shot, 1);
     deposit_weight(ledger.shot_power, burden.weight);
@@ -433,7 +432,7 @@ struct GatherPass {
     if (sight.in_shadow_walk) return resume(sight, path);
     const auto& component = medium.component(flight.component);
     const Vec3f p = path.ray.origin, direction = path.ray.direction;
-    if (lights.any_met()) see_lights(sight, direction, length(p - sight.onward.origin));
+    if (lights.any_hit()) see_lights(sight, direction, length(p - sight.onward.origin));
     if (!take_rest(sight)) return false;
     if (!sight.hit) sight.albedo = component.albedo;
     sight.hit = true;
@@ -450,7 +449,7 @@ struct GatherPass {
     sight.onward = {p, phase.sample(direction, uniform_symmetric(path.drawn.c),
                                     uniform_symmetric(path.drawn.d))};
     sight.tau = path.tau;
-    if (phase.is_split && lights.any_asked())
+    if (phase.is_split && lights.any_sampled())
       sight.throughput = turn_to_light(sight, phase, direction, random, path) * sight.throughput;
     const float cosine = dot(direction, sight.onward.direction);
     sight.pdf = phase.pdf(cosine);
@@ -460,8 +459,8 @@ struct GatherPass {
     // by the whole phase function, else by the rest of it.
     const bool takes_lights = !reads || is_apart || phase.is_split;
     sight.stops = !(largest(sight.throughput) > 0.0f)
-                  || (sight.rest == 0.0f && !(is_apart && lights.any_met()));
-    if (!takes_lights || !lights.any_asked()) return resume(sight, path);
+                  || (sight.rest == 0.0f && !(is_apart && lights.any_hit()));
+    if (!takes_lights || !lights.any_sampled()) return resume(sight, path);
     return ask_light(sight, scattered, random, path, [&](Vec3f to_light) {
       const float towards = dot(direction, to_light), whole = phase.evaluate(towards);
       return Weighed{is_apart || !reads ? whole : whole - phase.smooth(towards), whole};
@@ -501,7 +500,7 @@ struct GatherPass {
     sight.onward = path.ray;
     sight.pdf = (1.0f / pi) * dot(normal, path.ray.direction);
     sight.tau = path.tau;
-    if (!lights.any_asked()) return resume(sight, path);
+    if (!lights.any_sampled()) return resume(sight, path);
     return ask_light(sight, reflected, random, path, [&](Vec3f to_light) {
       const float density = (1.0f / pi) * dot(normal, to_light);
       return Weighed{density, density};
@@ -587,8 +586,8 @@ struct GatherPass {
     // The grid may have them as far as the smooth part goes.
     const float rest = is_apart ? 1.0f : sight.rest;
     const float before = sight.collisions == 0 ? camera.before(direction) : 0.0f;
-    lights.meet(
-        sight.onward.origin, direction, distance,
+    lights.intersect(
+        {sight.onward.origin, direction}, distance,
         [&](Vec3f radiance, float pdf, int group) {
           const float share = sight.collisions == 0 ? 1.0f : sight.pdf / (sight.pdf + pdf);
           add(sight, (rest * share) * (sight.throughput * radiance),

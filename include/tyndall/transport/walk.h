@@ -17,9 +17,6 @@ struct Ray {
   Vec3f direction;  ///< unit length, the way the photon (or the camera's ray) travels
 };
 
-/// Faces of the box, in the order of the ledger: -x +x -y +y -z +z.
-using Face = int;
-
 /// One flight must not cross more super-voxels: with periodic sides and little extinction it would
 /// never end.
 inline constexpr int most_crossings = 1 << 20;
@@ -31,17 +28,6 @@ inline constexpr int most_virtual = 1 << 22;
 /// plane.
 TYN_HD float distance_to_plane(float plane, float origin, float inverse_direction) {
   return inverse_direction == 0.0f ? largest_float : (plane - origin) * inverse_direction;
-}
-
-/// \return `p` on `face`, where it is but for rounding.
-TYN_HD Vec3f onto_face(const Box& box, Face face, Vec3f p) {
-  const Vec3f e = box.extent;
-  const bool high = (face & 1) != 0;
-  p = {clamp(p.x, 0.0f, e.x), clamp(p.y, 0.0f, e.y), clamp(p.z, 0.0f, e.z)};
-  if (face / 2 == 0) p.x = high ? e.x : 0.0f;
-  if (face / 2 == 1) p.y = high ? e.y : 0.0f;
-  if (face / 2 == 2) p.z = high ? e.z : 0.0f;
-  return p;
 }
 
 /// 1/d; 0 stands for "never" (d is 0, or so small that 1/d overflows).

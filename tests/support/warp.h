@@ -9,8 +9,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "cuda/schedule.h"
 #include "tyndall/transport/lane.h"
-#include "tyndall/transport/schedule.h"
 
 namespace tyndall {
 
