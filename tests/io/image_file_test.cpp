@@ -173,7 +173,7 @@ TEST_F(ImageFile, a_map_of_longitude_and_latitude_is_used_and_a_cube_refused) {
   part.attributes = exr_attribute("envmap", "envmap", std::string(1, '\0'));
   EXPECT_TRUE(load(exr_file({part})).warnings.empty());
   part.attributes = exr_attribute("envmap", "envmap", std::string(1, '\1'));
-  EXPECT_EQ(refusal(exr_file({part})).substr(0, 37), "a cube of six faces (envmap): write i");
+  EXPECT_EQ(refusal(exr_file({part})).substr(0, 41), "a cube map of six faces (envmap): convert");
   part.attributes = exr_attribute("envmap", "envmap", std::string(1, '\7'));
   EXPECT_EQ(refusal(exr_file({part})).substr(0, 53),
             "its envmap is 7, neither 0 (latlong) nor 1 (a cube): ");
@@ -333,8 +333,8 @@ TEST_F(ImageFile, all_orders_of_pixels_are_turned_upright) {
     for (std::size_t i = 0; i < 6; ++i)
       EXPECT_EQ(loaded.image->texels()[i].x, std::ldexp(0.5f, order.upright[i])) << i;
   }
-  EXPECT_EQ(refusal(radiance_file("", "-Y 2 +Y 3", powers(6)), "sky.hdr").substr(0, 30),
-            "damaged: '-Y 2 +Y 3' is no siz");
+  EXPECT_EQ(refusal(radiance_file("", "-Y 2 +Y 3", powers(6)), "sky.hdr").substr(0, 36),
+            "damaged: '-Y 2 +Y 3' is not the size");
 }
 
 // rpict(1): views are perspectives (-vtv, or no -vt at all), parallel (l), cylinders (c) or
@@ -349,13 +349,13 @@ TEST_F(ImageFile, a_radiance_picture_with_a_view_is_no_map) {
     return loaded.warnings.empty() ? "" : loaded.warnings[0];
   };
   EXPECT_EQ(warning("VIEW= -vta -vp 0 0 0 -vh 360\n"),
-            "its VIEW is an angular fisheye (-vta): it is read by longitude and latitude all the "
-            "same; convert it to that first");
-  EXPECT_EQ(warning("VIEW= -vtc\n").substr(0, 42), "its VIEW is a cylindrical panorama (-vtc):");
-  EXPECT_EQ(warning("VIEW= -vp 1 2 3\n").substr(0, 33), "its VIEW is a perspective (-vtv):");
+            "its VIEW is an angular fisheye (-vta), but it is read as longitude and latitude; "
+            "convert it to these first");
+  EXPECT_EQ(warning("VIEW= -vtc\n").substr(0, 42), "its VIEW is a cylindrical panorama (-vtc),");
+  EXPECT_EQ(warning("VIEW= -vp 1 2 3\n").substr(0, 33), "its VIEW is a perspective (-vtv),");
   EXPECT_EQ(warning("VIEW= -vth\nVIEW= -vp 1 2 3\n").substr(0, 43),
-            "its VIEW is a hemispherical fisheye (-vth):");
-  EXPECT_EQ(warning("VIEW= -vtx\n").substr(0, 38), "its VIEW is of an unknown type (-vtx):");
+            "its VIEW is a hemispherical fisheye (-vth),");
+  EXPECT_EQ(warning("VIEW= -vtx\n").substr(0, 38), "its VIEW is of an unknown type (-vtx),");
   EXPECT_TRUE(read("\tVIEW= -vta\n").warnings.empty());
   EXPECT_EQ(warning("PIXASPECT=4\nPIXASPECT=0.5\n").substr(0, 34),
             "its PIXASPECT of 2 is not applied:");

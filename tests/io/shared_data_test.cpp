@@ -90,7 +90,7 @@ const std::map<std::string, Expected> files = {
     {"edge/corrupt_blosc_block.vdb", error("damaged")},
     {"edge/corrupt_huge_alloc.vdb", error("damaged")},
     {"edge/corrupt_zip_block.vdb", error("damaged")},
-    {"edge/grid_count_4billion.vdb", error("damaged: it says that it has 4294967295 grids")},
+    {"edge/grid_count_4billion.vdb", error("damaged: its header claims 4294967295 grids")},
     {"edge/future_version_999.vdb", error("VDB version 999")},
     {"vdb/smoke_houdini_v222_half.vdb", fine},
     {"vdb/dragon_fog_affine_tiles.vdb", fine},
