@@ -318,12 +318,12 @@ Json call_helper(const std::string& path, const Descriptor& file, const Descript
   const bool ended = read_report(output.number(), deadline, text);
   if (!ended && voxels > 0)
     refuse(
-        fmt::format("{} voxels took longer than {} s: given up; where the machine is busy, try "
+        fmt::format("{} voxels took longer than {} s: given up; if the machine is busy, try "
                     "again, or lower \"voxels\"",
                     voxels, limits.clock));
   if (!ended)
     refuse(
-        fmt::format("damaged, or too slow to read: given up after {} s; where the machine is "
+        fmt::format("damaged, or too slow to read: given up after {} s; if the machine is "
                     "busy, try again",
                     limits.clock));
   const int result = child.wait();

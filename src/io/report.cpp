@@ -280,7 +280,7 @@ std::string report_lines(const Run& run) {
   const std::string speed =
       seconds.photons > 0 ? fmt::format(" ({}/s)", short_number(photons_per_second(result))) : "";
   lines += fmt::format(
-      "time     bounds {:.2f} s, photons {:.2f} s{}, matter {:.2f} s, pixels {:.2f} s ({} "
+      "time     bounds {:.2f} s, photons {:.2f} s{}, medium {:.2f} s, pixels {:.2f} s ({} "
       "samples/s), depth {:.2f} s\n",
       seconds.bounds, seconds.photons, speed, seconds.matter, seconds.pixels,
       short_number(samples_per_second(result)), seconds.depth);

@@ -192,7 +192,8 @@ LoadedVolume load(const std::string& path, std::vector<std::string> words,
   if (const auto n = loaded.value("negative", std::uint64_t{0}); n > 0 && !v.is_level_set())
     out.warnings.push_back(fmt::format(
         "{} of {} active voxels are negative, down to {:.4g}: {}", n, v.active_voxels(),
-        v.minimum(), v.is_color() ? "taken as black" : "where a remap leaves them so, taken as 0"));
+        v.minimum(),
+        v.is_color() ? "taken as black" : "taken as 0 unless a remap makes them positive"));
   out.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return out;
 }

@@ -14,8 +14,7 @@ int main(int argc, char** argv) {
   int count = 0;
   for (int i = 1; i < argc; ++i) {
     for (const auto& entry : std::filesystem::directory_iterator(argv[i])) {
-      std::fprintf(stderr, "%s\n",
-                   entry.path().c_str());  // after a crash, the last line is the input
+      std::fprintf(stderr, "%s\n", entry.path().c_str());  // names the input before a crash
       std::ifstream file(entry.path(), std::ios::binary);
       const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
       LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
