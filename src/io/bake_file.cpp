@@ -50,11 +50,11 @@ Texture texture(const BakedLight& light, std::string name, const std::vector<Vec
   return t;
 }
 
-/// The light, in the order of docs/bake.md, after what is sampled of the matter.
-/// \param[out] warnings of numbers that are too large
-std::vector<Texture> textures_of(const BakedLight& light, std::vector<Texture> matter,
+/// \return the textures of the medium, then those of the light, in the order of docs/bake.md.
+/// \param[out] warnings about clamped values
+std::vector<Texture> textures_of(const BakedLight& light, std::vector<Texture> medium,
                                  const BakeOptions& options, std::vector<std::string>& warnings) {
-  std::vector<Texture> textures = std::move(matter);
+  std::vector<Texture> textures = std::move(medium);
   textures.push_back(texture(light, "albedo", light.albedo));
   for (const BakedGroup& group : light.groups) {
     const std::string suffix = group.name.empty() ? "" : "_" + group.name;
@@ -74,8 +74,8 @@ std::vector<Texture> textures_of(const BakedLight& light, std::vector<Texture> m
     const auto most = std::max_element(t.values.begin(), t.values.end());
     if (most != t.values.end() && *most > largest_half && t.name != "relative_error") {
       warnings.push_back(fmt::format(
-          "--half: {} is up to {:.3g}, and cut at {:.0f}, the largest number of 16 bits: leave "
-          "--half out, or scale the lights down",
+          "--half: {} is up to {:.3g}, clamped to {:.0f}, the largest 16-bit float: leave --half "
+          "out, or scale the lights down",
           t.name, *most, largest_half));
     }
     for (float& x : t.values) x = std::clamp(x, -largest_half, largest_half);
@@ -83,11 +83,11 @@ std::vector<Texture> textures_of(const BakedLight& light, std::vector<Texture> m
   return textures;
 }
 
-bool shines(const scene::Component& c) {
+bool emits(const scene::Component& c) {
   return !std::holds_alternative<scene::NoEmission>(c.emission);
 }
 
-/// What matter emits of its own, at the voxels of `density`.
+/// \return the emission of the medium at the voxels of `density`.
 Texture emission_of(const ResolvedScene& scene, const Texture& density, int threads) {
   const PreparedScene prepared = prepare(scene, threads);
   Texture t{"emission", density.size, density.low, density.high, 3, {}};
@@ -104,13 +104,13 @@ Texture emission_of(const ResolvedScene& scene, const Texture& density, int thre
   return t;
 }
 
-/// What is sampled of the matter: its density, unless that is stored, and what it emits, if
-/// anything does.
-std::vector<Texture> matter_textures(const Bake& bake, const OneMedium& medium,
+/// \return the sampled textures of the medium: its density, unless a grid stores it, and its
+/// emission, if it has any.
+std::vector<Texture> medium_textures(const Bake& bake, const OneMedium& medium,
                                      const BakeOptions& options) {
   const Scene& scene = bake.scene.scene;
   const auto& components = scene.medium.components;
-  const bool has_emission = std::any_of(components.begin(), components.end(), shines);
+  const bool has_emission = std::any_of(components.begin(), components.end(), emits);
   const bool is_stored = std::holds_alternative<Stored>(medium.matter);
   if (is_stored && !has_emission) return {};
   std::vector<Texture> textures{density_of(
@@ -144,21 +144,21 @@ std::string grids(const Bake& bake, const std::string& path, const BakeOptions& 
     out.push_back(grid);
   }
   const std::vector<Texture> textures =
-      textures_of(bake.light, matter_textures(bake, medium, options), options, warnings);
+      textures_of(bake.light, medium_textures(bake, medium, options), options, warnings);
   for (const Texture& t : textures)
     out.push_back({t.name, voxels_to_world(t), t.size, t.channels, t.values.data(), nullptr, 1});
   return encode_grids(path, fs::path(path).extension() == ".nvdb", out, bake.provenance,
                       options.half);
 }
 
-// ---- Textures for engines
+// ---- Raw textures
 
 std::vector<ConvertedFile> raw_textures(const Bake& bake, const std::string& path,
                                         const BakeOptions& options,
                                         std::vector<std::string>& warnings) {
   const OneMedium medium = matter_of_bake(bake, voxels_of(options), options.threads, false);
   const std::vector<Texture> textures =
-      textures_of(bake.light, matter_textures(bake, medium, options), options, warnings);
+      textures_of(bake.light, medium_textures(bake, medium, options), options, warnings);
   const std::vector<std::string> paths = bake_paths(path);
   Json description{{"tyndall", "bake"},
                    {"file", fs::path(paths[1]).filename().string()},
@@ -240,13 +240,12 @@ void require_bake(const std::string& path, const BakeOptions& options) {
   }
   if (options.half && !format->has_half)
     throw Error(ExitCode::usage,
-                fmt::format("--half: {} files have no colours of 16 bits; leave it "
-                            "out, or bake a .vdb",
+                fmt::format("--half: {} files have no 16-bit colours; leave it out, or bake a .vdb",
                             format->extension));
   if (options.multiple_only && fs::path(path).extension() == ".html")
     throw Error(ExitCode::usage,
-                fmt::format("{}: --multiple-only: a page shows baked light alone, and would lack "
-                            "what is scattered once; leave the option out for pages",
+                fmt::format("{}: --multiple-only: a page shows only baked light and would lack "
+                            "single scattering; leave the option out for pages",
                             path));
   if (options.voxels > most_page_voxels && fs::path(path).extension() == ".html")
     throw Error(ExitCode::usage, fmt::format("{}: --voxels {}: a page has {} at most", path,
@@ -272,11 +271,11 @@ std::vector<ConvertedFile> bake_files(const Bake& bake, const std::string& path,
   BakeOptions all = options;
   all.multiple_only = bake.light.is_multiple_only;
   require_bake(path, all);
-  Bake told = bake;
-  told.provenance.emplace_back("tyndall.bake.single_scattering",
-                               bake.light.is_multiple_only ? "left out" : "baked");
+  Bake extended = bake;
+  extended.provenance.emplace_back("tyndall.bake.single_scattering",
+                                   bake.light.is_multiple_only ? "left out" : "baked");
   std::vector<std::string> own;
-  std::vector<ConvertedFile> files = find_format(path)->encode(told, path, all, own);
+  std::vector<ConvertedFile> files = find_format(path)->encode(extended, path, all, own);
   if (warnings)
     for (const std::string& warning : own)
       warnings->push_back(fmt::format("{}: {}", path, warning));

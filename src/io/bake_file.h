@@ -1,5 +1,5 @@
 /// \file
-/// Baked light as files of other programs: .vdb and .nvdb grids, raw 3-D textures with a JSON
+/// Baked light in files for other programs: .vdb and .nvdb grids, raw 3-D textures with a JSON
 /// description and a GLSL sampler, a page for browsers. docs/bake.md has their conventions.
 #pragma once
 
@@ -14,13 +14,13 @@
 namespace tyndall::io {
 
 struct BakeOptions {
-  bool half = false;  ///< floats of 16 bits
-  int voxels = 0;     ///< of the density, along the longest side; 0: what is usual in such a file
+  bool half = false;  ///< 16-bit floats
+  int voxels = 0;     ///< voxels of the density along the longest side; 0: the format's default
   int threads = 0;
   bool multiple_only = false;  ///< see scene_to_bake()
 };
 
-/// What is baked, and how it was made.
+/// Baked light with the scene and the provenance that it was made from.
 struct Bake {
   std::string scene_path;
   const SceneFile& scene;
@@ -28,19 +28,20 @@ struct Bake {
   std::vector<std::pair<std::string, std::string>> provenance;  ///< see io::provenance()
 };
 
-/// Endings of the files that can be baked, ".vdb, .nvdb, .json, .html".
+/// \return the extensions of the files that can be baked: ".vdb, .nvdb, .json, .html".
 std::string known_bakes();
 
-/// \throws Error(usage) where the ending of `path` is none of these, or cannot have the options.
+/// \throws Error(usage) if no format has the extension of `path`, or the format lacks an option.
 void require_bake(const std::string& path, const BakeOptions& options);
 
-/// \throws Error(usage) where a file at `path` has no room for so many lights.
+/// \throws Error(usage) if the format of `path` has no room for so many lights.
 void require_room(const std::string& path, int lights);
 
-/// \return the files that will be: `path`, and what lies beside it.
+/// \return the paths that bake_files() will write: `path` and the files beside it.
 std::vector<std::string> bake_paths(const std::string& path);
 
-/// \return what is in them, in that order. \param[out] warnings of what was cut, added
+/// \return the files in the order of bake_paths(). \param[out] warnings gets one line per kind of
+/// value that was clamped, if not null
 std::vector<ConvertedFile> bake_files(const Bake& bake, const std::string& path,
                                       const BakeOptions& options,
                                       std::vector<std::string>* warnings = nullptr);

@@ -37,7 +37,7 @@ std::string base64(const std::string& bytes) {
   return text;
 }
 
-/// Light per unit of extinction and of albedo 1, at a point of the world.
+/// Baked values, interpolated trilinearly at points in world space.
 class Interpolated {
  public:
   Interpolated(const BakedLight& light, const std::vector<Vec3f>& values)
@@ -46,7 +46,7 @@ class Interpolated {
   Vec3f at(glm::dvec3 p) const {
     const glm::dvec3 n(light_.size[0], light_.size[1], light_.size[2]);
     const glm::dvec3 q = (p - light_.low) / (light_.high - light_.low) * n - 0.5;
-    const glm::dvec3 low = glm::floor(q), share = q - low;
+    const glm::dvec3 low = glm::floor(q), fraction = q - low;
     Vec3f sum{0, 0, 0};
     for (int c = 0; c < 8; ++c) {
       std::size_t index = 0;
@@ -56,7 +56,7 @@ class Interpolated {
         const int size = light_.size[static_cast<std::size_t>(axis)];
         const int i = std::clamp(static_cast<int>(low[axis]) + (high ? 1 : 0), 0, size - 1);
         index = index * static_cast<std::size_t>(size) + static_cast<std::size_t>(i);
-        weight *= high ? share[axis] : 1 - share[axis];
+        weight *= high ? fraction[axis] : 1 - fraction[axis];
       }
       sum = sum + static_cast<float>(weight) * values_[index];
     }
@@ -70,8 +70,8 @@ class Interpolated {
 
 char byte(double x) { return static_cast<char>(static_cast<unsigned char>(x)); }
 
-/// Means over blocks of `step`^3 voxels, by their extinction; of those without, of the ones beside
-/// them that have some, lest interpolation gives a dark rim.
+/// \return means over blocks of `step`^3 voxels, weighted by extinction. A block without extinction
+/// gets the mean of its neighbours that have some; black would interpolate to a dark rim.
 std::vector<Vec3f> in_blocks(const std::vector<Vec3f>& light, const std::vector<float>& extinction,
                              const std::array<int, 3>& size, int step) {
   if (step == 1) return light;
@@ -130,7 +130,7 @@ Json packed_light(const std::string& name, const std::vector<Vec3f>& light, int 
           {"data", base64(pack(rgbm, Packing::gzip))}};
 }
 
-/// Over all directions: rows near the poles are narrow.
+/// \return the mean of an image over all directions; rows near the poles have less solid angle.
 glm::dvec3 mean_of(const Image& image) {
   glm::dvec3 sum(0.0);
   double weights = 0;
@@ -146,7 +146,7 @@ glm::dvec3 mean_of(const Image& image) {
   return sum / weights;
 }
 
-/// Behind the matter: of a sky that is an image, its mean.
+/// \return the background behind the cloud; an image sky is replaced by its mean.
 glm::dvec3 background(const Scene& scene) {
   glm::dvec3 sum = scene.background;
   for (const scene::Light& light : scene.lights) {
@@ -164,7 +164,7 @@ Json camera(const Scene& scene) {
   const Pose p = pose(c);
   const double width = c.projection == scene::Projection::perspective
                            ? 2 * std::tan(0.5 * glm::radians(field_of_view(c)))
-                           : 1.0;  // another projection is seen by a common lens
+                           : 1.0;  // the page replaces other projections by a perspective
   const double height = width * c.resolution[1] / c.resolution[0];
   return {{"position", vector(p.position)},
           {"look_at", vector(look_at(scene))},
@@ -189,7 +189,8 @@ std::string bake_page(const Bake& bake, const BakeOptions& options) {
 
   const glm::dvec3 voxel =
       (density.high - density.low) / glm::dvec3(density.size[0], density.size[1], density.size[2]);
-  // What lets through less than a hundredth is opaque: the bytes are for what is thinner.
+  // A voxel with a transmittance below 0.01 (optical depth 5) counts as opaque; the 8 bits resolve
+  // lower extinctions.
   const double opaque = 5 / std::max({voxel.x, voxel.y, voxel.z});
   const double most =
       std::min(double{*std::max_element(density.values.begin(), density.values.end())}, opaque);
@@ -206,7 +207,7 @@ std::string bake_page(const Bake& bake, const BakeOptions& options) {
             {"box_max", vector(density.high)},
             {"extinction_max", most},
             {"density", base64(pack(bytes, Packing::gzip))},
-            {"albedo", {1, 1, 1}},  // the light has it
+            {"albedo", {1, 1, 1}},  // the light includes it
             {"lights", Json::array()},
             {"background", vector(background(scene))},
             {"camera", camera(scene)},
@@ -216,8 +217,8 @@ std::string bake_page(const Bake& bake, const BakeOptions& options) {
   std::vector<std::vector<Vec3f>> lights;
   for (const BakedGroup& group : bake.light.groups) {
     const Interpolated fluence(bake.light, group.fluence);
-    // What matter emits is the last group's, whose photons start there; or all light is one.
-    const bool takes_emission = &group == &bake.light.groups.back();
+    // Emission belongs to the last group, that of the photons from the medium, or the only one.
+    const bool has_emission = &group == &bake.light.groups.back();
     std::vector<Vec3f> light(bytes.size(), Vec3f{0, 0, 0});
     std::size_t n = 0;
     for (int k = 0; k < density.size[2]; ++k)
@@ -226,15 +227,15 @@ std::string bake_page(const Bake& bake, const BakeOptions& options) {
           if (bytes[n] == 0) continue;
           const glm::dvec3 p = density.low + voxel * (glm::dvec3(i, j, k) + 0.5);
           const glm::vec3 local(p - scene.medium.box_min);
-          // Of each voxel: cells of the light mix what is black with what is white.
-          const Extinction matter = extinction_at(prepared, {local.x, local.y, local.z});
+          // The albedo is that of the voxel; the coarser cells of the light would average it.
+          const Extinction here = extinction_at(prepared, {local.x, local.y, local.z});
           light[n] =
-              static_cast<float>(0.25 * std::numbers::inv_pi) * matter.albedo() * fluence.at(p);
-          if (takes_emission) light[n] = light[n] + matter.emitted();
+              static_cast<float>(0.25 * std::numbers::inv_pi) * here.albedo() * fluence.at(p);
+          if (has_emission) light[n] = light[n] + here.emitted();
         }
     lights.push_back(std::move(light));
   }
-  // Light is softer than matter: it gives way where both together are too much to send.
+  // Light varies more slowly than density, so its resolution is reduced if the page gets too large.
   const double most_bytes = 5.9e6 * std::pow(std::max(1.0, voxels / double{usual_voxels}), 3);
   for (int step = 1; step <= 8; step *= 2) {
     double size = static_cast<double>(data["density"].get_ref<const std::string&>().size());
@@ -252,7 +253,7 @@ std::string bake_page(const Bake& bake, const BakeOptions& options) {
 
   std::string text = data.dump(-1, ' ', false, Json::error_handler_t::replace);
   for (std::size_t at = 0; (at = text.find('<', at)) != std::string::npos;)
-    text.replace(at, 1, "\\u003c");  // no end of the element within a name
+    text.replace(at, 1, "\\u003c");  // a name must not close the script element
   std::string page = look_html;
   const std::string mark = "/*TYNDALL_DATA*/null";
   page.replace(page.find(mark), mark.size(), text);

@@ -1,5 +1,5 @@
 /// \file
-/// What the formats of baked light share.
+/// Common parts of the formats of baked light.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@
 
 namespace tyndall::io {
 
-/// Numbers or colours at the middles of the voxels of a box.
+/// Numbers or colours at the voxel centres of a box.
 struct Texture {
   std::string name;
   std::array<int, 3> size{1, 1, 1};
@@ -28,19 +28,19 @@ inline std::size_t count(const std::array<int, 3>& size) {
          * static_cast<std::size_t>(size[2]);
 }
 
-/// \param voxels along the longest side of what is sampled \param reads_volumes whether a grid of a
-/// file is taken as it is
+/// \return the medium of a bake. \param voxels along the longest side, if the medium is sampled
+/// \param reads_volumes whether a grid of a file can be used unchanged
 OneMedium matter_of_bake(const Bake& bake, int voxels, int threads, bool reads_volumes);
 
-/// The extinction of all matter, as samples. \pre it is not stored
+/// \return the extinction coefficient of the medium as a texture. \pre `medium` is not Stored
 Texture density_of(const BakedLight& light, const OneMedium& medium);
 
-/// Voxels along the longest side of a page's matter, at most.
+/// Maximum of the voxels along the longest side of a page's density.
 inline constexpr int most_page_voxels = 256;
 
-/// A page for browsers, in which the lit cloud can be turned. \pre there is room for its lights
+/// \return a page for browsers that displays the lit cloud. \pre require_room_in_page() succeeds
 std::string bake_page(const Bake& bake, const BakeOptions& options);
-/// \throws Error(usage) where there are too many; `path` is the page's
+/// \throws Error(usage) if there are too many lights. \param path of the page, for the message
 void require_room_in_page(const std::string& path, int lights);
 
 }  // namespace tyndall::io

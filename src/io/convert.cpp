@@ -23,8 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The components that do something.
-std::vector<std::size_t> matter_of(const Scene& scene) {
+/// \return the indices of the components whose extinction is above 0.
+std::vector<std::size_t> media_of(const Scene& scene) {
   std::vector<std::size_t> indices;
   for (std::size_t i = 0; i < scene.medium.components.size(); ++i)
     if (scene.medium.components[i].extinction > 0) indices.push_back(i);
@@ -36,7 +36,7 @@ bool is_everywhere(const scene::Component& c) {
   return solid && std::holds_alternative<scene::Everywhere>(solid->body);
 }
 
-/// \return whether the densities of the grid are its values, but for a factor.
+/// \return whether the densities of the grid are its values times a factor.
 bool is_linear(const scene::SparseGrid& grid) {
   const Volume& v = *grid.volume;
   const scene::Remap& r = grid.remap;
@@ -45,7 +45,7 @@ bool is_linear(const scene::SparseGrid& grid) {
          && r.scale > 0 && r.scale * v.minimum() >= r.low && r.scale * v.maximum() <= r.high;
 }
 
-/// Field space to world space stretches and moves only.
+/// \return whether a transform only scales by positive factors and translates.
 bool is_along_axes(const glm::dmat4& m) {
   for (int c = 0; c < 3; ++c)
     for (int r = 0; r < 3; ++r)
@@ -53,8 +53,8 @@ bool is_along_axes(const glm::dmat4& m) {
   return true;
 }
 
-/// The box of the super-voxels with a majorant above 0, or the whole where there are none.
-void shrink_to_matter(const Scene& scene, const MajorantTables& tables, OneMedium& medium) {
+/// Shrinks the box to the super-voxels with a positive majorant; keeps it if there are none.
+void shrink_to_medium(const Scene& scene, const MajorantTables& tables, OneMedium& medium) {
   const auto [begin, end] = filled_cells(tables, tables.total.data());
   if (begin.x >= end.x) return;
   const glm::dvec3 n(tables.nx, tables.ny, tables.nz),
@@ -63,7 +63,7 @@ void shrink_to_matter(const Scene& scene, const MajorantTables& tables, OneMediu
   medium.high = scene.medium.box_min + glm::dvec3(end) / n * extent;
 }
 
-/// Voxels of about equal edges.
+/// \return the size of a grid of nearly cubic voxels, `voxels` along the longest side.
 std::array<int, 3> grid_size(glm::dvec3 extent, int voxels) {
   const double longest = std::max({extent.x, extent.y, extent.z});
   const auto along = [&](double side) {
@@ -119,25 +119,25 @@ void refuse_media(const Scene& scene, const std::vector<std::string>& phases, Re
   for (std::size_t face = 0; face < medium.ground.size(); ++face)
     if (medium.ground[face])
       refusals.add(fmt::format("medium.ground.{}", scene::face_names[face]),
-                   "would be given this scene without its ground");
-  const std::vector<std::size_t> matter = matter_of(scene);
-  for (const std::size_t i : matter) {
-    const scene::Component &c = medium.components[i], &first = medium.components[matter[0]];
+                   "would render this scene without its ground");
+  const std::vector<std::size_t> media = media_of(scene);
+  for (const std::size_t i : media) {
+    const scene::Component &c = medium.components[i], &first = medium.components[media[0]];
     const auto key = [&](const char* name) {
       return fmt::format("medium.components[{}].{}", i, name);
     };
     if (!std::holds_alternative<scene::NoEmission>(c.emission))
-      refusals.add(key("emission"), "would be given this matter without its light");
+      refusals.add(key("emission"), "would render this medium without its emission");
     if (c.albedo != first.albedo)
       refusals.add(key("albedo"),
                    fmt::format("has one medium in one place: the components must have the albedo "
                                "of components[{}]",
-                               matter[0]));
-    if (phases[i] != phases[matter[0]])
+                               media[0]));
+    if (phases[i] != phases[media[0]])
       refusals.add(key("phase"),
                    fmt::format("has one medium in one place: the components must have the phase "
                                "function of components[{}]",
-                               matter[0]));
+                               media[0]));
   }
 }
 
@@ -146,17 +146,18 @@ void refuse_suns_and_filters(const Scene& scene, Refusals& refusals) {
     const auto* light = std::get_if<scene::DirectionalLight>(&scene.lights[i]);
     if (light && light->angle > 0) {
       const std::string key = fmt::format("lights[{}].angle", i);
-      refusals.add(key, fmt::format("has no disc of a sun; -D {}=0 makes its light parallel", key));
+      refusals.add(key, fmt::format("has no sun disc; -D {}=0 makes the light parallel", key));
     }
   }
   if (scene.filter != scene::Filter::box)
     refusals.add("film.filter",
-                 "has no filter of this shape; -D film.filter=box is the same in all");
+                 "has no filter of this shape; -D film.filter=box agrees in all renderers");
 }
 
 bool starts_within(const OneMedium& medium, const scene::Camera& camera, Refusals& refusals) {
   const Pose p = pose(camera);
-  // Half the sides of the rectangle in which rays begin: the picture's plane, or about the lens.
+  // Half the sides of the rectangle in which rays begin: the image plane, or a square around the
+  // lens.
   const bool is_parallel = camera.projection == scene::Projection::orthographic;
   const double width = is_parallel ? 0.5 * camera.width : camera.aperture_radius;
   const double height =
@@ -166,13 +167,13 @@ bool starts_within(const OneMedium& medium, const scene::Camera& camera, Refusal
   for (const glm::dvec3& corner : {u + v, u - v, v - u, -u - v})
     within += medium.contains(p.position + corner) ? 1 : 0;
   if (within == 4) return true;
-  // Is there a plane between the rectangle and the box: the rectangle's own, or a side's?
+  // Separating planes of the rectangle and the box: the rectangle's own, or a side of the box.
   const glm::dvec3 middle = 0.5 * (medium.low + medium.high), half = medium.high - middle;
   const glm::dvec3 way = glm::abs(p.position - middle), reach = half + glm::abs(u) + glm::abs(v);
   if (std::abs(glm::dot(p.position - middle, p.forward)) >= glm::dot(half, glm::abs(p.forward))
       || way.x >= reach.x || way.y >= reach.y || way.z >= reach.z)
     return false;
-  refusals.add("camera", "has rays begin either all within the matter or all outside");
+  refusals.add("camera", "requires that all rays begin within the medium, or all outside");
   refusals.throw_if_any();
   return false;
 }
@@ -194,23 +195,23 @@ OneMedium one_medium(const ResolvedScene& resolved, const std::vector<std::strin
   OneMedium out;
   out.low = scene.medium.box_min;
   out.high = scene.medium.box_max;
-  const std::vector<std::size_t> matter = matter_of(scene);
-  const std::size_t leader = matter.empty() ? 0 : matter[0];
+  const std::vector<std::size_t> media = media_of(scene);
+  const std::size_t leader = media.empty() ? 0 : media[0];
   const scene::Component& first = scene.medium.components[leader];
   out.albedo = first.albedo;
   out.phase = phases[leader];
 
-  if (std::all_of(matter.begin(), matter.end(),
+  if (std::all_of(media.begin(), media.end(),
                   [&](std::size_t i) { return is_everywhere(scene.medium.components[i]); })) {
     double sum = 0;
-    for (const std::size_t i : matter) sum += scene.medium.components[i].extinction;
+    for (const std::size_t i : media) sum += scene.medium.components[i].extinction;
     out.matter = Homogeneous{sum};
     return out;
   }
 
   const PreparedScene prepared = prepare(resolved, sampling.threads);
-  shrink_to_matter(scene, prepared.tables, out);
-  const bool alone = matter.size() == 1;
+  shrink_to_medium(scene, prepared.tables, out);
+  const bool alone = media.size() == 1;
   if (const auto* volume = std::get_if<scene::SparseGrid>(&first.field);
       volume && alone && reads_volumes && is_linear(*volume)) {
     out.matter = Stored{volume->volume, first.transform * fitted(*volume),
@@ -219,7 +220,7 @@ OneMedium one_medium(const ResolvedScene& resolved, const std::vector<std::strin
   }
   Sampled grid{grid_size(out.high - out.low, sampling.voxels), out.low, out.high, {}};
   if (const auto* dense = std::get_if<scene::DenseGrid>(&first.field);
-      dense && alone && is_along_axes(first.transform)) {  // its own voxels, and its own end
+      dense && alone && is_along_axes(first.transform)) {  // keep its voxels and its box
     const glm::dmat4& m = first.transform;
     const glm::dvec3 low(m[3]), high = low + glm::dvec3(m[0][0], m[1][1], m[2][2]);
     grid = {dense->size, low, high, {}};

@@ -15,13 +15,14 @@ struct ConvertedFile {
   std::string bytes;
 };
 
-/// Voxels along the longest side of what is sampled.
+/// Limits of the voxels along the longest side of a sampled medium.
 inline constexpr int least_voxels = 2, most_voxels = 1024, default_voxels = 256;
 
-/// \return the scene as `path`, a .pbrt scene or a .py script for Mitsuba, and after it the grids
-/// and the image that it reads, which lie beside it and have its stem. \param voxels along the
-/// longest side of what is sampled. \throws Error(usage) for other names, Error(scene_invalid) with
-/// all that the other renderer cannot do, one per line: nothing is left out silently.
+/// \return the scene as `path`, a .pbrt scene or a .py script for Mitsuba, followed by the grids
+/// and the image that it reads; these lie beside it and have its stem. \param voxels along the
+/// longest side, if the medium is sampled. \throws Error(usage) for other extensions,
+/// Error(scene_invalid) with all that the other renderer cannot do, one per line: no feature is
+/// dropped silently.
 std::vector<ConvertedFile> convert(const SceneFile& scene, const std::string& path, int voxels,
                                    int threads = 0);
 

@@ -34,27 +34,30 @@ double at(const scene::PhaseTable& table, double cosine) {
   const auto next =
       static_cast<std::size_t>(std::clamp(std::upper_bound(x.begin(), x.end(), cosine) - x.begin(),
                                           std::ptrdiff_t{1}, std::ssize(x) - 1));
-  const double share = (cosine - x[next - 1]) / (x[next] - x[next - 1]);
-  return (1 - share) * y[next - 1] + share * y[next];
+  const double fraction = (cosine - x[next - 1]) / (x[next] - x[next - 1]);
+  return (1 - fraction) * y[next - 1] + fraction * y[next];
 }
 
-/// \return the share of a table that lies elsewhere once it is linear between `n` + 1 even cosines.
-double misplaced(const scene::PhaseTable& table, int n) {
+/// \return the error of a table that is resampled at `n` + 1 uniform cosines: the integral of the
+/// absolute difference, as a fraction of the table's integral.
+double resampling_error(const scene::PhaseTable& table, int n) {
   const std::vector<double>&x = table.cosines, &y = table.values;
   double sum = 0, difference = 0;
   for (std::size_t i = 1; i < x.size(); ++i) sum += (x[i] - x[i - 1]) * (y[i] + y[i - 1]) / 2;
   for (std::size_t i = 1; i + 1 < x.size(); ++i) {
     const double cell = std::floor((x[i] + 1) / 2 * n), low = 2 * cell / n - 1,
                  high = low + 2.0 / n;
-    const double share = (x[i] - low) / (high - low);
-    const double even = (1 - share) * at(table, low) + share * at(table, high);
-    difference += std::abs(even - y[i]) * (std::min(x[i + 1], high) - std::max(x[i - 1], low)) / 2;
+    const double fraction = (x[i] - low) / (high - low);
+    const double resampled = (1 - fraction) * at(table, low) + fraction * at(table, high);
+    difference +=
+        std::abs(resampled - y[i]) * (std::min(x[i + 1], high) - std::max(x[i - 1], low)) / 2;
   }
   return difference / sum;
 }
 
-/// \return intervals between even cosines that stand for a table, 0 for none: as few as have its
-/// own among them, or else as many as misplace less than a thousandth.
+/// \return the number of intervals between uniform cosines that represent a table: the smallest
+/// that includes its own cosines, or else the smallest power of two from 4096 on with a resampling
+/// error below 0.001; 0 if that needs too many.
 int intervals(const scene::PhaseTable& table) {
   for (int n = 1; n <= 4096; ++n)
     if (std::all_of(table.cosines.begin(), table.cosines.end(), [&](double cosine) {
@@ -63,7 +66,7 @@ int intervals(const scene::PhaseTable& table) {
         }))
       return n;
   for (int n = 4096; n <= 1 << 18; n *= 2)
-    if (misplaced(table, n) < 1e-3) return n;
+    if (resampling_error(table, n) < 1e-3) return n;
   return 0;
 }
 
@@ -74,7 +77,7 @@ std::string phase(const scene::Phase& phase, const std::string& key, Refusals& r
           [](const scene::HenyeyGreensteinPhase& p) {
             return fmt::format("{{\"type\": \"hg\", \"g\": {:#}}}", p.g);
           },
-          [](const scene::TwoLobesPhase& p) {  // its weight is the second's
+          [](const scene::TwoLobesPhase& p) {  // Mitsuba's weight is that of the second lobe
             return fmt::format(
                 "{{\"type\": \"blendphase\", \"weight\": {:#},\n"
                 "              \"a\": {{\"type\": \"hg\", \"g\": {:#}}}, "
@@ -85,15 +88,15 @@ std::string phase(const scene::Phase& phase, const std::string& key, Refusals& r
           [&](const scene::TabulatedPhase& p) {
             const int n = intervals(*p.table);
             if (n == 0)
-              refusals.add(key, "has tables at even cosines, of which this would need too many");
+              refusals.add(key, "has tables at uniform cosines only; this one needs too many");
             return fmt::format(
-                "{{\"type\": \"tabphase\", \"values\": even({},\n    [{}],\n    [{}])}}", n,
+                "{{\"type\": \"tabphase\", \"values\": uniform({},\n    [{}],\n    [{}])}}", n,
                 fmt::join(p.table->cosines, ", "), fmt::join(p.table->values, ", "));
           }},
       phase);
 }
 
-/// Version 3 of Mitsuba's format: a head, then the values.
+/// \return a file in version 3 of Mitsuba's volume format: a header, then the values.
 std::string vol_file(const Sampled& grid) {
   const auto append = [](std::string& bytes, const auto& value) {
     bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
@@ -110,12 +113,12 @@ std::string vol_file(const Sampled& grid) {
   return bytes;
 }
 
-/// The unit cube to a box.
+/// \return the transform from the unit cube to a box.
 std::string placed(glm::dvec3 low, glm::dvec3 high) {
   return fmt::format("T().translate([{}]).scale([{}])", listed(low), listed(high - low));
 }
 
-std::string matter(const OneMedium& medium, const std::string& grid_name) {
+std::string medium_parameters(const OneMedium& medium, const std::string& grid_name) {
   if (const auto* m = std::get_if<Homogeneous>(&medium.matter))
     return fmt::format("    \"type\": \"homogeneous\",\n    \"sigma_t\": {:#},\n", m->sigma_t);
   const auto& m = std::get<Sampled>(medium.matter);
@@ -135,11 +138,11 @@ std::string look(glm::dvec3 from, glm::dvec3 to, glm::dvec3 up) {
                      listed(up));
 }
 
-/// What all cameras have, and what is theirs alone.
+/// \return the sensor: parameters common to all cameras, and those of the scene's type of camera.
 std::string sensor(const Scene& scene, bool is_within) {
   const scene::Camera& c = scene.camera;
   const Pose p = pose(c);
-  // Rays begin at the one and end at the other distance from the camera.
+  // The far clipping distance must include the medium and all area lights.
   double farthest = glm::length(p.position - scene.medium.box_min)
                     + glm::length(scene.medium.box_max - scene.medium.box_min);
   for (const scene::Light& light : scene.lights)
@@ -186,8 +189,8 @@ std::string sensor(const Scene& scene, bool is_within) {
       c.resolution[0], c.resolution[1], part);
 }
 
-/// An environment's image for Mitsuba, whose first row is at the pole itself and the last at the
-/// other: twice the rows and one, and what lies between them is the same.
+/// \return an environment image for Mitsuba, whose first and last rows are at the poles themselves.
+/// It has 2 n + 1 rows: the n original rows and the means between them, which interpolate equally.
 std::string sky_file(const Image& image) {
   const int width = std::max(image.width(), 2), height = 2 * image.height() + 1;
   Picture picture{width, height, {}, {}, {}, 0, 0, 0, 0};
@@ -203,8 +206,8 @@ std::string sky_file(const Image& image) {
   return encode_pfm(picture);
 }
 
-/// A shape that shines and blocks nothing.
-std::string shining(const std::string& shape, glm::dvec3 radiance) {
+/// \return a shape that emits light and does not block any.
+std::string emitter(const std::string& shape, glm::dvec3 radiance) {
   return fmt::format(
       "{{{},\n        \"bsdf\": {{\"type\": \"null\"}}, \"emitter\": {{\"type\": \"area\", "
       "\"radiance\": {}}}}}",
@@ -253,19 +256,19 @@ std::string light(const scene::Light& light, const OneMedium& medium, const std:
             for (int r = 0; r < 3; ++r)
               rows += fmt::format("[{}, {}, {}, {}], ", l.edge_u[r] / 2, l.edge_v[r] / 2, normal[r],
                                   l.center[r]);
-            return shining(
+            return emitter(
                 fmt::format("\"type\": \"rectangle\", \"to_world\": T([{}[0, 0, 0, 1]])", rows),
                 l.radiance);
           },
           [](const scene::SphereLight& l) {
-            return shining(fmt::format("\"type\": \"sphere\", \"center\": [{}], \"radius\": {:#}",
+            return emitter(fmt::format("\"type\": \"sphere\", \"center\": [{}], \"radius\": {:#}",
                                        listed(l.center), l.radius),
                            l.radiance);
           }},
       light);
 }
 
-/// What stays the same in all scripts: the options before and the picture after the scene.
+/// Common parts of all scripts: the options before the scene, and the picture after it.
 constexpr const char* head = R"PY(import argparse
 import os
 
@@ -275,7 +278,7 @@ import numpy as np
 here = os.path.dirname(os.path.abspath(__file__))
 parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.ArgumentDefaultsHelpFormatter)
 parser.add_argument("-o", "--output", default={output}, help="picture (.exr or .npy)")
-parser.add_argument("--variant", default="scalar_rgb", help="of Mitsuba, one with rgb")
+parser.add_argument("--variant", default="scalar_rgb", help="variant of Mitsuba, with rgb in its name")
 parser.add_argument("--spp", type=int, default={samples}, help="samples per pixel")
 parser.add_argument("--seed", type=int, default={seed})
 arguments = parser.parse_args()
@@ -284,8 +287,8 @@ mi.set_variant(arguments.variant)
 T = mi.ScalarTransform4f
 
 
-def even(n, cosines, values):
-    """A table's values at n + 1 even cosines."""
+def uniform(n, cosines, values):
+    """Resample a table at n + 1 uniform cosines."""
     return ",".join(map(str, np.interp(np.linspace(-1, 1, n + 1), cosines, values).tolist()))
 
 
@@ -293,7 +296,7 @@ def even(n, cosines, values):
 
 constexpr const char* tail = R"PY(
 picture = np.array(mi.render(scene, spp=arguments.spp, seed=arguments.seed))
-# Alpha is the share of the samples that met matter; behind the others is the sky.
+# Alpha is the fraction of samples that hit the medium; the others see the sky.
 picture = (picture[..., :3] + (1 - picture[..., 3:4]) * np.array([{sky}])).astype(np.float32)
 {seen}if arguments.output.endswith(".npy"):
     np.save(arguments.output, picture)
@@ -301,8 +304,8 @@ else:
     mi.Bitmap(picture).write(arguments.output)
 )PY";
 
-/// Of scenes in which more than an even sky is seen.
-constexpr const char* seen = R"PY(# What is seen of lights without scattering.
+/// For scenes with visible lights other than a uniform sky.
+constexpr const char* seen = R"PY(# Add lights that are seen directly, without scattering.
 direct = mi.load_dict({"type": "volpath", "max_depth": 1})
 picture += np.array(mi.render(scene, integrator=direct, spp=arguments.spp, seed=arguments.seed))[..., :3]
 )PY";
@@ -315,14 +318,14 @@ void refuse(const Scene& scene, Refusals& refusals) {
       refusals.add(key, "has one environment");
     const auto* spot = std::get_if<scene::SpotLight>(&scene.lights[i]);
     if (spot && spot->edge > 0)
-      refusals.add(key + ".edge", fmt::format("fades spots by another curve; -D {}.edge=0 has the "
-                                              "same in both",
-                                              key));
+      refusals.add(
+          key + ".edge",
+          fmt::format("has another falloff curve of spots; -D {}.edge=0 agrees in both", key));
   }
   if (scene.camera.projection == scene::Projection::spherical)
     refusals.add("camera.type", "has no camera that sees all directions");
   if (scene.filter_radius > 0 && scene.filter_radius != 0.5)
-    refusals.add("film.filter_radius", "has no box of another radius than 0.5");
+    refusals.add("film.filter_radius", "has box filters of radius 0.5 only");
 }
 
 }  // namespace
@@ -348,8 +351,8 @@ std::vector<ConvertedFile> convert_to_mitsuba(const SceneFile& file, const std::
     files.push_back({beside(path, ".vol"), vol_file(*grid)});
     grid_name = fs::path(files.back().path).filename().string();
   }
-  // An even sky lies behind the picture; other lights that are seen are rendered apart.
-  glm::dvec3 sky = scene.background, even_sky(0.0);
+  // A uniform sky is added behind the picture. Other visible lights are rendered separately.
+  glm::dvec3 sky = scene.background, uniform_sky(0.0);
   std::string sky_name;
   bool is_seen = false;
   for (const scene::Light& l : scene.lights) {
@@ -360,10 +363,10 @@ std::vector<ConvertedFile> convert_to_mitsuba(const SceneFile& file, const std::
       files.push_back({beside(path, ".pfm"), sky_file(*e->image)});
       sky_name = fs::path(files.back().path).filename().string();
     } else if (e) {
-      even_sky = e->scale * e->radiance;
+      uniform_sky = e->scale * e->radiance;
     }
   }
-  if (!is_seen) sky += even_sky;
+  if (!is_seen) sky += uniform_sky;
   std::string& text = files[0].bytes;
   text = fmt::format("#!/usr/bin/env python3\n__doc__ = {}\n",
                      quoted(fs::path(file.inputs.front()).filename().string()
@@ -372,7 +375,7 @@ std::vector<ConvertedFile> convert_to_mitsuba(const SceneFile& file, const std::
       fmt::runtime(head), fmt::arg("output", quoted(fs::path(path).stem().string() + ".exr")),
       fmt::arg("samples", scene.samples), fmt::arg("seed", scene.seed & 0xffffffff));
   text += fmt::format("matter = mi.load_dict({{\n{}    \"albedo\": {},\n    \"phase\": {},\n}})\n",
-                      matter(medium, grid_name), rgb(medium.albedo), medium.phase);
+                      medium_parameters(medium, grid_name), rgb(medium.albedo), medium.phase);
   text += fmt::format(
       "scene = mi.load_dict({{\n"
       "    \"type\": \"scene\",\n"

@@ -1,6 +1,6 @@
 /// \file
-/// What the converters share: the one medium that other renderers have in one place, and the list
-/// of what they lack.
+/// Common parts of the converters: a single medium, since other renderers have one medium in one
+/// place, and the list of features that they lack.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@
 
 namespace tyndall::io {
 
-/// All that cannot be converted, in one error.
+/// Collects all that cannot be converted into one error.
 class Refusals {
  public:
   /// \param why completes a sentence that begins with the name of the renderer.
@@ -33,29 +33,29 @@ class Refusals {
   std::string scene_, renderer_, lines_;
 };
 
-/// The same extinction throughout.
+/// A constant extinction coefficient.
 struct Homogeneous {
   double sigma_t = 0;  ///< [1/length]
 };
-/// Extinctions at the centres of the voxels of an axis-parallel box, x fastest, between them
-/// trilinear.
+/// Extinction coefficients at the voxel centres of an axis-aligned box, x fastest, with trilinear
+/// interpolation.
 struct Sampled {
   std::array<int, 3> size{1, 1, 1};
   glm::dvec3 low{0.0}, high{1.0};
   std::vector<float> sigma_t;  ///< [1/length]
 };
-/// A grid of a file as it is.
+/// A grid of a file, unchanged.
 struct Stored {
   std::shared_ptr<const Volume> volume;
   glm::dmat4 to_world{1.0};  ///< from the grid's own world space
   double sigma_t = 0;        ///< [1/length] at value 1
 };
 
-/// The sum of the components of a scene, all of one albedo and phase function.
+/// The sum of the components of a scene, which all have the same albedo and phase function.
 struct OneMedium {
-  glm::dvec3 low{0.0}, high{1.0};  ///< the box that it ends in, in world space
+  glm::dvec3 low{0.0}, high{1.0};  ///< its bounding box in world space
   glm::dvec3 albedo{1.0};
-  std::string phase;  ///< in the other renderer's words
+  std::string phase;  ///< in the syntax of the other renderer
   std::variant<Homogeneous, Sampled, Stored> matter;
 
   bool contains(glm::dvec3 p) const {
@@ -64,8 +64,8 @@ struct OneMedium {
   }
 };
 
-/// Calls at(n, p) for the voxels of a box, x fastest, where their middles are in world space; rows
-/// on `threads`.
+/// Calls at(n, p) for each voxel n of a box, x fastest; p is its centre, in the space of `low` and
+/// `high`. Rows are distributed over `threads`.
 void for_each_voxel(const std::array<int, 3>& size, glm::dvec3 low, glm::dvec3 high, int threads,
                     const std::function<void(std::size_t n, glm::dvec3 p)>& at);
 
@@ -74,31 +74,31 @@ struct SampledAt {
   int threads = 0;
 };
 
-/// What can be known before anything is sampled. \param phases one per component, in the other
-/// renderer's words.
+/// Adds to `refusals` the features of the medium that can be checked before sampling it.
+/// \param phases one per component, in the syntax of the other renderer
 void refuse_media(const Scene& scene, const std::vector<std::string>& phases, Refusals& refusals);
 
-/// Suns and pixel filters, which neither renderer has.
+/// Refuses sun discs and filters other than the box, which neither renderer has.
 void refuse_suns_and_filters(const Scene& scene, Refusals& refusals);
 
 /// \return whether the camera's rays begin within the medium.
-/// \throws Error(scene_invalid) where some do and some do not: renderers want one answer for all.
+/// \throws Error(scene_invalid) if only some of them do: renderers set the medium of all rays once.
 bool starts_within(const OneMedium& medium, const scene::Camera& camera, Refusals& refusals);
 
-/// [degree] across the width.
+/// \return the horizontal field of view [degree].
 double field_of_view(const scene::Camera& camera);
 
-/// Seen in the middle of the picture.
+/// \return a point on the camera's axis.
 glm::dvec3 look_at(const Scene& scene);
 
-/// Of a scene that refuse_media() lets pass. \param reads_volumes whether the renderer reads grids
-/// of floats from NanoVDB files.
+/// \pre refuse_media() refused nothing. \param reads_volumes whether the renderer reads grids of
+/// floats from NanoVDB files.
 OneMedium one_medium(const ResolvedScene& scene, const std::vector<std::string>& phases,
                      const SampledAt& sampling, bool reads_volumes);
 
-/// \return the name as a string literal of C, Python and pbrt.
+/// \return the name as a string literal for C, Python and pbrt.
 std::string quoted(const std::string& name);
-/// "0.5, 1, 2"
+/// \return e.g. "0.5, 1, 2".
 std::string listed(glm::dvec3 v, const char* separator = ", ");
 /// \return `path` with another extension.
 std::string beside(const std::string& path, const char* extension);

@@ -26,11 +26,11 @@ std::string rgb(const char* name, glm::dvec3 color) {
   return fmt::format("\"rgb {}\" [{}]", name, listed(color, " "));
 }
 
-/// \return parameters of a medium; pbrt knows Henyey-Greenstein alone.
+/// \return parameters of a medium; pbrt supports only the Henyey-Greenstein phase function.
 std::string phase(const scene::Phase& phase, const std::string& key, Refusals& refusals) {
   return std::visit(
       Overloaded{[&](const auto&) {
-                   refusals.add(key, "knows Henyey and Greenstein's phase function alone");
+                   refusals.add(key, "supports only the Henyey-Greenstein phase function");
                    return std::string();
                  },
                  [](const scene::IsotropicPhase&) { return std::string("\"float g\" [0]"); },
@@ -44,8 +44,8 @@ std::string phase(const scene::Phase& phase, const std::string& key, Refusals& r
       phase);
 }
 
-/// Outside its grid pbrt's density is 0, between the last voxels' centres and the sides too: one
-/// more voxel around, as dense as the outermost, and the box of the medium ends it.
+/// \return the grid with one more layer of voxels around, which repeats the outermost: pbrt's
+/// density falls to 0 beyond the outermost voxel centres. The box of the medium clips the layer.
 std::string density(const Sampled& grid) {
   const auto [nx, ny, nz] = grid.size;
   const glm::dvec3 step = (grid.high - grid.low) / glm::dvec3(nx, ny, nz);
@@ -64,7 +64,7 @@ std::string density(const Sampled& grid) {
   return text + "  ]";
 }
 
-std::string matter(const OneMedium& medium, const std::string& grid_name) {
+std::string medium_parameters(const OneMedium& medium, const std::string& grid_name) {
   return std::visit(
       Overloaded{[](const Homogeneous& m) {
                    return fmt::format("\"string type\" \"homogeneous\" \"float scale\" [{}]",
@@ -81,14 +81,14 @@ std::string matter(const OneMedium& medium, const std::string& grid_name) {
       medium.matter);
 }
 
-/// What nanovdb::io::writeUncompressedGrid() writes to.
+/// The stream type of nanovdb::io::writeUncompressedGrid().
 struct Text {
   std::string& bytes;
   void write(const char* from, std::size_t size) { bytes.append(from, size); }
 };
 
-/// \return a file that pbrt takes: its one grid is named "density", and the box in which it is
-/// looked up reaches as far as the outermost voxels are interpolated.
+/// \return a file that pbrt accepts: its only grid is named "density", and its bounding box extends
+/// as far as the outermost voxels are interpolated.
 std::string nvdb_file(const Volume& volume) {
   std::vector<std::uint64_t> buffer((volume.size() + 7) / 8);
   std::memcpy(buffer.data(), volume.bytes(), volume.size());
@@ -108,7 +108,7 @@ std::string nvdb_file(const Volume& volume) {
   return bytes;
 }
 
-/// A box of the world with outward triangles.
+/// \return a box in world space; the normals of its triangles point outwards.
 std::string box(glm::dvec3 low, glm::dvec3 high) {
   std::string points;
   for (int corner = 0; corner < 8; ++corner)
@@ -121,8 +121,8 @@ std::string box(glm::dvec3 low, glm::dvec3 high) {
       points);
 }
 
-/// \return whether no ray of the camera meets what is no farther than `radius` from these points:
-/// all of it is behind, or beyond the same side of the picture.
+/// \return whether no camera ray hits the convex hull of spheres of `radius` about these points:
+/// all of them are behind the camera, or beyond the same side of the picture.
 bool is_out_of_view(const Scene& scene, const std::vector<glm::dvec3>& points, double radius) {
   const scene::Camera& c = scene.camera;
   if (c.projection == scene::Projection::spherical) return false;
@@ -170,8 +170,8 @@ void refuse(const Scene& scene, Refusals& refusals) {
     const auto refuse_seen = [&](bool is_unseen) {
       if (!is_unseen)
         refusals.add(key,
-                     "has no area light that is seen and blocks nothing: only one out of the "
-                     "picture can be converted");
+                     "has no visible area light that blocks nothing: only area lights outside "
+                     "the picture can be converted");
     };
     std::visit(Overloaded{[&](const scene::RectangleLight& l) {
                             refuse_seen(is_out_of_view(scene, corners(l), 0)
@@ -183,15 +183,15 @@ void refuse(const Scene& scene, Refusals& refusals) {
                           [&](const scene::EnvironmentLight& l) {
                             if (l.image)
                               refusals.add(key + ".image",
-                                           "takes only square images of equal area: leave this "
-                                           "light out and add one as docs/comparison.md says");
+                                           "reads only square equal-area images: leave this light "
+                                           "out and add one as in docs/comparison.md");
                           },
                           [](const auto&) {}},
                scene.lights[i]);
   }
 }
 
-/// A light that rays pass through without seeing it.
+/// \return an area light that is invisible to camera rays and does not block light.
 std::string unseen(glm::dvec3 radiance, const std::string& shape) {
   return fmt::format(
       "AttributeBegin\n  AreaLightSource \"diffuse\" {}\n  Material \"diffuse\"\n"
@@ -229,7 +229,7 @@ std::string light(const scene::Light& light, const OneMedium& medium) {
                             listed(l.position + glm::normalize(l.direction), " "), l.angle / 2,
                             l.edge * l.angle / 2, rgb("I", l.intensity)));
           },
-          [](const scene::RectangleLight& l) {  // the triangles go around the bright side's normal
+          [](const scene::RectangleLight& l) {  // counterclockwise as seen from the bright side
             std::string points;
             for (const glm::dvec3& corner : corners(l))
               points += (points.empty() ? "" : "  ") + listed(corner, " ");
@@ -245,14 +245,14 @@ std::string light(const scene::Light& light, const OneMedium& medium) {
       light);
 }
 
-/// pbrt's field of view is across the shorter side.
+/// \return the field of view [degree] across the shorter side of the picture, as pbrt measures it.
 double shorter_field_of_view(const scene::Camera& c) {
   const double width = c.resolution[0], height = c.resolution[1], fov = field_of_view(c);
   if (width <= height) return fov;
   return 2 * glm::degrees(std::atan(std::tan(glm::radians(fov) / 2) * height / width));
 }
 
-/// Up to the parameters that all have.
+/// \return the camera; parameters are left to be appended after its type.
 std::string camera(const Scene& scene, const std::string& medium) {
   const scene::Camera& c = scene.camera;
   const Pose p = pose(c);
@@ -329,7 +329,7 @@ std::vector<ConvertedFile> convert_to_pbrt(const SceneFile& file, const std::str
   text +=
       fmt::format("{}MakeNamedMedium \"matter\" {} {} {}\n  {}\n{}\n", transform,
                   rgb("sigma_s", medium.albedo), rgb("sigma_a", 1.0 - medium.albedo), medium.phase,
-                  matter(medium, grid_name), transform.empty() ? "" : "Identity\n");
+                  medium_parameters(medium, grid_name), transform.empty() ? "" : "Identity\n");
   text += camera(scene, is_within ? "matter" : "") + "WorldBegin\nMediumInterface \"\" \"\"\n";
   for (const scene::Light& l : scene.lights) text += light(l, medium);
   text += "AttributeBegin\n  MediumInterface \"matter\" \"\"\n  Material \"interface\"\n"

@@ -28,7 +28,7 @@ std::string watts(const RenderResult& result, std::size_t begin, std::size_t cou
   return text + "]";
 }
 
-/// Where all power went: what was shot, and what adds up to it.
+/// \return the power balance: the emitted power, and the terms that add up to it.
 std::string account(const RenderResult& result) {
   using Count = Ledger::Count;
   const std::pair<const char*, Count Balance::*> terms[] = {
@@ -54,7 +54,7 @@ std::string flux(const RenderResult& result) {
   return text + "}";
 }
 
-/// \param step from the lower edge of a bin to that of the next
+/// \param step the width of a bin
 std::string histogram(const RenderResult& result, std::size_t begin, int bins, double step,
                       const char* unit) {
   std::vector<double> from;

@@ -1,4 +1,5 @@
 /// \file
+/// The tallies of the detectors as JSON.
 #pragma once
 
 #include <string>
@@ -7,7 +8,7 @@
 
 namespace tyndall::io {
 
-/// \return what the detectors of a run counted, in watts, as JSON (docs/detectors.md).
+/// \return the powers [W] that the detectors of a run tallied, as JSON (docs/detectors.md).
 std::string detectors_json(const Run& run);
 
 }  // namespace tyndall::io

@@ -4,7 +4,7 @@
 
 namespace tyndall::io {
 
-extern const char* const light_glsl;  ///< looks light up in a shader
-extern const char* const look_html;   ///< a page for a cloud
+extern const char* const light_glsl;  ///< GLSL functions that sample baked light
+extern const char* const look_html;   ///< a page that displays a cloud
 
 }  // namespace tyndall::io

@@ -25,7 +25,7 @@ namespace {
 
 constexpr const char* channels[] = {"R", "G", "B", "A"};
 
-/// A file in memory: OpenEXR comes back at the end and fills in its table of offsets.
+/// A seekable file in memory: OpenEXR fills in its table of offsets at the end.
 class MemoryStream final : public Imf::OStream {
  public:
   MemoryStream() : OStream("memory") {}
@@ -46,14 +46,14 @@ class MemoryStream final : public Imf::OStream {
   std::size_t position_ = 0;
 };
 
-/// `rgba` holds `width` pixels per row from the corner (left, top) of the data window on.
+/// \param rgba `width` pixels per row; the first is the corner (left, top) of the data window
 Imf::FrameBuffer frame_buffer(float* rgba, int width, int left = 0, int top = 0) {
   constexpr std::size_t pixel = 4 * sizeof(float);
   const std::size_t row = pixel * static_cast<std::size_t>(width);
   Imf::FrameBuffer buffer;
   for (int c = 0; c < 4; ++c) {
-    // OpenEXR wants the address of pixel (0, 0), which may lie outside: integers, for pointers may
-    // not.
+    // OpenEXR expects the address of pixel (0, 0), which may lie outside the array. The arithmetic
+    // uses integers, because out-of-range pointers are undefined.
     const std::uintptr_t origin = reinterpret_cast<std::uintptr_t>(rgba + c)
                                   - static_cast<std::uintptr_t>(left) * pixel
                                   - static_cast<std::uintptr_t>(top) * row;
@@ -62,7 +62,7 @@ Imf::FrameBuffer frame_buffer(float* rgba, int width, int left = 0, int top = 0)
   return buffer;
 }
 
-/// Its channels are called "layer.X". \param left, top see above
+/// Adds the channels of a layer as "layer.X". \param left, top as for frame_buffer()
 void add_layer(Imf::FrameBuffer& buffer, const PictureLayer& layer, int width, int left = 0,
                int top = 0) {
   const std::size_t pixel = layer.channels.size() * sizeof(float);
@@ -76,7 +76,7 @@ void add_layer(Imf::FrameBuffer& buffer, const PictureLayer& layer, int width, i
   }
 }
 
-/// The layers of a file, still without values.
+/// \return the layers of a file, without values.
 std::vector<PictureLayer> layers_of(const Imf::Header& header) {
   std::vector<PictureLayer> layers;
   for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
@@ -88,7 +88,7 @@ std::vector<PictureLayer> layers_of(const Imf::Header& header) {
     layers.back().channels += name[dot + 1];
   }
   for (PictureLayer& layer : layers)
-    if (layer.channels == "BGR") layer.channels = "RGB";  // files sort them
+    if (layer.channels == "BGR") layer.channels = "RGB";  // files sort channels by name
   return layers;
 }
 
@@ -103,7 +103,7 @@ std::string encode_exr(const Picture& picture) {
   Imf::Header header(is_whole ? data : window(0, 0, picture.whole_width, picture.whole_height),
                      data);
   header.compression() = Imf::ZIP_COMPRESSION;
-  // OpenEXR's slices have no const; it only reads here.
+  // OpenEXR's slices are not const, but writing a file only reads them.
   Imf::FrameBuffer buffer = frame_buffer(const_cast<float*>(picture.rgba.data()), picture.width,
                                          picture.left, picture.top);
   for (const PictureLayer& layer : picture.layers)
@@ -134,7 +134,7 @@ Picture read_exr(const std::string& path) {
         throw Error(ExitCode::input_missing, fmt::format("{}: has no channel {}", path, channel));
 
     const auto &window = header.dataWindow(), &whole = header.displayWindow();
-    // The same measure as of images (io/plugin/oiio.cpp).
+    // The same limit as for images (DecodedImage::resize() in io/helper/images.cpp).
     const auto pixels = (double{1} * window.max.x - window.min.x + 1)
                         * (double{1} * window.max.y - window.min.y + 1);
     if (pixels / 2000 > static_cast<double>(std::filesystem::file_size(path)))

@@ -1,5 +1,5 @@
 /// \file
-/// Pictures as OpenEXR files. exr.cpp alone knows OpenEXR.
+/// Pictures as OpenEXR files. Only exr.cpp uses OpenEXR here.
 #pragma once
 
 #include <string>
@@ -12,8 +12,8 @@ namespace tyndall::io {
 /// chromaticities, the provenance as text attributes. The same picture gives the same bytes.
 std::string encode_exr(const Picture& picture);
 
-/// A file with the channels R, G, B, A; its provenance is every text attribute named "tyndall.*",
-/// sorted. \throws Error(input_missing): no such file, damaged, other channels.
+/// Reads a file with the channels R, G, B, A. The provenance is all text attributes named
+/// "tyndall.*", sorted. \throws Error(input_missing): no such file, damaged, other channels.
 Picture read_exr(const std::string& path);
 
 }  // namespace tyndall::io

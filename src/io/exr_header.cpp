@@ -17,13 +17,13 @@ struct Damaged {
   std::string why;
 };
 
-/// Takes the bytes of a header one after the other. \throws Damaged where there are no more
+/// Reads the bytes of a header in order. \throws Damaged at its end
 class Bytes {
  public:
   explicit Bytes(std::string_view bytes) : bytes_(bytes) {}
 
   std::string_view take(std::uint32_t size) {
-    if (size > bytes_.size()) throw Damaged{"is longer than there is room"};
+    if (size > bytes_.size()) throw Damaged{"is longer than the rest of the header"};
     const std::string_view taken = bytes_.substr(0, size);
     bytes_.remove_prefix(size);
     return taken;
@@ -35,7 +35,7 @@ class Bytes {
   }
   std::string_view text() {  // ends with a zero
     const std::size_t end = bytes_.find('\0');
-    if (end == bytes_.npos) throw Damaged{"does not end"};
+    if (end == bytes_.npos) throw Damaged{"is not terminated"};
     return take(static_cast<std::uint32_t>(end) + 1).substr(0, end);
   }
   bool empty() const { return bytes_.empty(); }
@@ -45,7 +45,7 @@ class Bytes {
   std::string_view bytes_;
 };
 
-/// Types of one size, which OpenEXR reads whatever size is told.
+/// Types of fixed size: OpenEXR reads that size even if the attribute states another.
 constexpr std::pair<std::string_view, std::uint32_t> sizes[] = {
     {"box2i", 16},      {"box2f", 16},   {"chromaticities", 32},
     {"compression", 1}, {"double", 8},   {"envmap", 1},
@@ -60,23 +60,23 @@ void check_attribute(std::string_view type, std::string_view value) {
   Bytes bytes(value);
   if (type == "chlist") {
     while (!bytes.text().empty()) bytes.take(16);
-    if (!bytes.empty()) throw Damaged{"goes on after its end"};
+    if (!bytes.empty()) throw Damaged{"continues after its end"};
   } else if (type == "stringvector") {
     while (!bytes.empty()) bytes.take(bytes.number());
   } else if (type == "preview") {
     const std::uint64_t width = bytes.number(), height = bytes.number();
     if (value.size() < 8 || width * height != (value.size() - 8) / 4)
-      throw Damaged{"has another size than it says"};
+      throw Damaged{"has another size than its width and height"};
   }
   for (const auto& [name, size] : sizes)
     if (type == name && value.size() != size) throw Damaged{"has another size than its type"};
 }
 
-/// Calls `f(part, name, type, value)` for each attribute of the headers of an OpenEXR file; not at
-/// all for other files. \return what is wrong with them; nothing where nothing is
+/// Calls `f(part, name, type, value)` for each attribute of the headers of an OpenEXR file; does
+/// nothing for other files. \return the problem of the headers; empty if they are sound
 template <class F>
 std::string for_attributes(const std::string& path, const F& f) {
-  constexpr std::size_t most = std::size_t{1} << 24;  // of headers
+  constexpr std::size_t most = std::size_t{1} << 24;  // [byte] of all headers
   std::ifstream file(path, std::ios::binary);
   std::vector<char> begin(4);
   if (!file.read(begin.data(), 4) || std::memcmp(begin.data(), "v/1\1", 4) != 0) return "";

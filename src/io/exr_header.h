@@ -1,5 +1,5 @@
 /// \file
-/// What is looked at of an OpenEXR file before a library reads it.
+/// Checks of OpenEXR headers before the library reads a file.
 #pragma once
 
 #include <cstddef>
@@ -8,13 +8,13 @@
 
 namespace tyndall::io {
 
-/// OpenEXR 3.1 asks for as much memory as an attribute claims to have bytes, before it looks
-/// whether the file has them.
-/// \return what is wrong with the headers of an OpenEXR file; nothing for other files.
+/// Checks attribute sizes: OpenEXR 3.1 allocates the size that an attribute claims before it checks
+/// that the file is that long.
+/// \return the problem of the headers of an OpenEXR file; empty if sound, and for other files.
 std::string exr_header_problem(const std::string& path);
 
-/// \return the "envmap" of each part that has one: of what is neither 0 nor 1, OpenEXR hides the
-/// number.
+/// \return the value of "envmap" for each part that has one. OpenEXR itself hides values other than
+/// 0 and 1.
 std::map<std::size_t, int> exr_envmaps(const std::string& path);
 
 }  // namespace tyndall::io

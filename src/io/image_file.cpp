@@ -15,7 +15,7 @@
 namespace tyndall::io {
 namespace {
 
-/// What the helper left in the memory file.
+/// \return the image that the helper wrote to the memory file.
 std::shared_ptr<const Image> adopt(const std::string& path, const Descriptor& memory,
                                    const Json& image) {
   const int width = image.value("width", 0), height = image.value("height", 0);
@@ -23,16 +23,16 @@ std::shared_ptr<const Image> adopt(const std::string& path, const Descriptor& me
   static_assert(sizeof(Vec3f) == 3 * sizeof(float));
   const std::uint64_t size = texels * sizeof(Vec3f);
   if (width < 1 || height < 1 || memory.size() != size)
-    fail_reading(path, "damaged: no image came back from it");
+    fail_reading(path, "damaged: reading it returned no image");
   std::vector<Vec3f> values(texels);
   for (std::uint64_t done = 0; done < size;) {
     const ssize_t n = ::pread(memory.number(), reinterpret_cast<char*>(values.data()) + done,
                               size - done, static_cast<off_t>(done));
-    if (n <= 0) fail_reading(path, "damaged: the image that came back from it cannot be read");
+    if (n <= 0) fail_reading(path, "damaged: the image that its reader returned cannot be read");
     done += static_cast<std::uint64_t>(n);
   }
   if (image.value("checksum", "") != checksum(values.data(), size))
-    fail_reading(path, "damaged: the image that came back from it is not the one that was sent");
+    fail_reading(path, "damaged: the image that its reader returned has a wrong checksum");
   return std::make_shared<const Image>(width, height, std::move(values));
 }
 

@@ -1,6 +1,6 @@
 /// \file
-/// Images that light a scene. A child process reads them (io/helper/protocol.h); what it hands back
-/// is checked here.
+/// Images that light a scene. A child process reads them (io/helper/protocol.h); its results are
+/// checked here.
 #pragma once
 
 #include <memory>
@@ -12,18 +12,18 @@
 
 namespace tyndall::io {
 
-/// An image that was read, and what its file says of it.
+/// An image that was read, with its metadata.
 struct LoadedImage {
-  std::shared_ptr<const Image> image;  ///< null where there is a problem
-  std::vector<std::string> warnings;   ///< of what was mended, or is not honoured
-  std::string problem;                 ///< why it can be no sky although the file is sound
-  Json told;                           ///< for people
+  std::shared_ptr<const Image> image;  ///< null if there is a problem
+  std::vector<std::string> warnings;   ///< about replaced values and metadata that is not applied
+  std::string problem;                 ///< why a sound image cannot be an environment
+  Json told;                           ///< metadata for people
 };
 
-/// Linear Rec. 709, upright, as the file means it. \throws Error(input_missing): file and reason.
+/// Reads an image as linear Rec. 709, upright. \throws Error(input_missing): file and reason.
 LoadedImage read_image_file(const std::string& path);
 
-/// As read_image_file(), but a problem is an error, too.
+/// Reads an image as read_image_file() does. \throws Error(input_missing) for a problem as well.
 LoadedImage load_image(const std::string& path);
 
 }  // namespace tyndall::io

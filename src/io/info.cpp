@@ -32,13 +32,14 @@ namespace fs = std::filesystem;
 Json list(glm::dvec3 v) { return {v.x, v.y, v.z}; }
 Json list(glm::ivec3 v) { return {v.x, v.y, v.z}; }
 
-/// Four digits: for people, who read it in JSON, too.
+/// Rounds to four significant digits, for readers of the text and of the JSON.
 double brief(double x) {
   return x == 0 ? 0 : std::strtod(fmt::format("{:.4g}", x).c_str(), nullptr);
 }
 Json brief_list(glm::dvec3 v) { return {brief(v.x), brief(v.y), brief(v.z)}; }
 
-/// A box's corner, as exact as `extent` asks for: far from the origin four digits are none.
+/// \return a corner of a box, rounded relative to `extent`: far from the origin, four significant
+/// digits would not resolve the box.
 Json place(glm::dvec3 corner, glm::dvec3 extent) {
   const double longest = std::max({extent.x, extent.y, extent.z, 1e-30});
   const int decimals = std::clamp(5 - static_cast<int>(std::ceil(std::log10(longest))), 0, 15);
@@ -95,7 +96,8 @@ Json how_read(const LoadedVolume& loaded) {
   return d;
 }
 
-/// Of what is denser than nothing, at points throughout the active voxels; 0 where nothing is.
+/// \return the mean of the positive densities at a lattice of points in the box of the grid; 0 if
+/// none is positive.
 double mean_density(const Volume& v) {
   constexpr int n = 32;
   const SparseGrid grid = v.view();
@@ -117,8 +119,8 @@ double mean_density(const Volume& v) {
 
 bool has_matter(const Volume& v) { return v.is_level_set() || v.maximum() > 0; }
 
-/// A component for a scene, before the camera that scenes have by default and with an optical depth
-/// of about 10.
+/// \return a component for a scene: in view of the default camera, with an optical depth of about
+/// 10.
 Json component(const std::string& file, const Volume& v, const std::string* grid) {
   const double mean = mean_density(v), density = mean > 0 ? mean : double{v.maximum()};
   Json c;
@@ -130,7 +132,7 @@ Json component(const std::string& file, const Volume& v, const std::string* grid
   return c;
 }
 
-/// What a grid is of use for.
+/// \return the possible uses of a grid.
 std::string use_of(const Volume& v) {
   if (v.is_color()) return "colours of an emission";
   if (v.is_level_set()) return "a solid";
@@ -169,7 +171,7 @@ Json volume_info(const std::string& path, std::string& problem) {
       d["problem"] = error.what();
       if (problem.empty()) problem = error.what();
     }
-    // Many writers tell each grid what they tell the file.
+    // Many writers repeat the metadata of the file in each grid; these are left out.
     std::map<std::string, std::string> own;
     std::set_difference(grid.metadata.begin(), grid.metadata.end(), metadata.begin(),
                         metadata.end(), std::inserter(own, own.end()));
@@ -191,7 +193,7 @@ Json mesh_info(const std::string& path) {
                           {"memory [MB]", d["memory [MB]"]}};
   out["box min"] = d["box min"];
   out["box max"] = d["box max"];
-  // Opaque within a few voxels: photons crawl through more, and the picture is the same.
+  // Optical depth 2 per voxel is opaque within a few voxels. A denser medium would only be slower.
   const double voxel = glm::length(glm::dvec3(loaded.volume->to_world()[0]));
   out["component for a scene"] = {
       {"field", {{"type", "mesh"}, {"file", fs::path(path).filename().string()}, {"voxels", 256}}},
@@ -234,7 +236,7 @@ Json scene_info(const std::string& path) {
   return out;
 }
 
-/// What an image says, and what it is as a sky.
+/// \return the metadata of an image, and its statistics as an environment.
 Json image_info(const std::string& path) {
   const LoadedImage loaded = read_image_file(path);
   Json out{{"file", path}};
@@ -285,7 +287,7 @@ Json part_info(const std::string& path) {
 
 // ---- Text
 
-/// Aligned "key  value" lines; what an entry holds is indented below it.
+/// \return aligned "key  value" lines; nested objects are indented below their key.
 std::string lines(const Json& object, const std::string& indent) {
   std::size_t width = 0;
   for (const auto& [key, value] : object.items())

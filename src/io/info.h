@@ -1,5 +1,5 @@
 /// \file
-/// What is in a file, before anybody renders it.
+/// Describes the contents of a file without rendering it (`tyndall info`).
 #pragma once
 
 #include <string>
@@ -8,12 +8,12 @@ namespace tyndall::io {
 
 struct Info {
   std::string text;     ///< lines for people, or one JSON object with the same keys
-  std::string problem;  ///< where no grid of a file could be read: why the first could not
+  std::string problem;  ///< if no grid of a file could be read: the error of the first one
 };
 
-/// \return what a .vdb, .nvdb, .obj, .json or .exr file holds, and how a scene uses a volume.
-/// \throws Error(usage) for other names, Error(input_missing or scene_invalid) as reading them
-/// does.
+/// \return a description of a volume (.vdb, .nvdb), mesh (.obj), scene (.json), part (.tyn) or
+/// image, and how a scene uses a volume or mesh.
+/// \throws Error(usage) for other extensions; the errors of reading the file otherwise.
 Info info(const std::string& path, bool as_json);
 
 }  // namespace tyndall::io

@@ -3,8 +3,8 @@
 namespace tyndall::io {
 namespace {
 
-/// Levenshtein's distance.
-std::size_t edits(std::string_view a, std::string_view b) {
+/// \return the edit distance (Levenshtein) of two names.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -21,7 +21,9 @@ std::size_t edits(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string suggestion(std::string_view word, const std::vector<std::string>& known) {
-  const auto distance = [&](const std::string& name) { return edits(word.substr(0, 64), name); };
+  const auto distance = [&](const std::string& name) {
+    return edit_distance(word.substr(0, 64), name);
+  };
   const auto nearest =
       std::min_element(known.begin(), known.end(),
                        [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
@@ -82,7 +84,7 @@ void missing(Reader& reader, const Node& node, const std::string& what) {
 
 namespace {
 
-void refuse_strange_keys(Reader& reader, const Node& node, const std::vector<std::string>& known) {
+void refuse_unknown_keys(Reader& reader, const Node& node, const std::vector<std::string>& known) {
   for (const Node& member : node.children) {
     reader.within(member.key, [&] {
       if (std::find(known.begin(), known.end(), member.key) == known.end()) {
@@ -105,7 +107,7 @@ bool begin_object(Reader& reader, const Node& node, const Outline& outline,
     reader.expected(node, "an object");
     return false;
   }
-  refuse_strange_keys(reader, node, outline.names);
+  refuse_unknown_keys(reader, node, outline.names);
   if (constant && constant->is_required && !child(node, constant->name))
     reader.within(constant->name, [&] { missing(reader, node, constant->expected); });
   return true;

@@ -1,7 +1,7 @@
 /// \file
-/// Visitors of the descriptions of a scene (scene/describe.h): they read its JSON, and write the
+/// Visitors of the descriptions of a scene (scene/describe.h), which read its JSON and write the
 /// schema and the defaults. Each value has a type and a form; read_value(), schema_of(), list_of()
-/// and expected() are what can be done with the two.
+/// and expected() operate on both.
 #pragma once
 
 #include <algorithm>
@@ -31,7 +31,7 @@
 
 namespace tyndall::io {
 
-// ---- Errors: all of them are kept, and none stops the reading. ----
+// ---- Errors: they are collected, and reading continues. ----
 
 struct Finding {
   const Source* source;
@@ -39,9 +39,9 @@ struct Finding {
   std::string path;
   std::string message;
   ExitCode code = ExitCode::scene_invalid;
-  bool is_of_frame = false;  ///< about a file of this frame of a sequence, and of no other
+  bool is_of_frame = false;  ///< about a file that only this frame of a sequence uses
 
-  /// One line, whatever control characters a key or a value has.
+  /// \return one line, with control characters of keys and values replaced.
   std::string text() const {
     std::string line =
         fmt::format("{}: {}{}{}", place(*source, offset), path, path.empty() ? "" : ": ", message);
@@ -54,7 +54,7 @@ struct Finding {
 
 class Reader {
  public:
-  /// \param frames see SequenceFiles; may be null
+  /// \param frames the files of a sequence, or null
   explicit Reader(std::filesystem::path folder, SequenceFiles* frames = nullptr)
       : sequence(frames), folder_(std::move(folder)) {}
 
@@ -72,7 +72,7 @@ class Reader {
     error(node, fmt::format("expected {}, got {}", what, quote(node)));
   }
 
-  /// Calls `read` with the path extended by a key or an index.
+  /// Calls `read` while the path is extended by a key or an index.
   template <class Read>
   void within(const std::string& key, const Read& read) {
     const std::size_t length = path_.size();
@@ -88,23 +88,24 @@ class Reader {
     path_.resize(length);
   }
 
-  /// The value at the current path could not be read: what check() says of its default is of no
-  /// interest.
+  /// Notes that the value at the current path could not be read, so that errors of check() about
+  /// its default are ignored.
   void give_up() { unread.push_back(path_); }
 
-  /// A file that the scene names, relative to the scene.
+  /// \return the path of a file that the scene names, relative to the scene's folder.
   std::filesystem::path file(const std::string& name) const {
     return folder_ / std::filesystem::path(name);
   }
 
   const std::string& path() const { return path_; }
-  /// \return what the key at the current path names in each frame; null where that is one file.
+  /// \return the files that the key at the current path names in each frame; null if all frames use
+  /// the same file.
   const std::vector<std::string>* frame_files() const {
     if (!sequence) return nullptr;
     const auto found = sequence->numbered.find(path_);
     return found == sequence->numbered.end() ? nullptr : &found->second;
   }
-  /// Notes the file that the key at the current path names. \return whether it is not to be read.
+  /// Notes the file that the key at the current path names. \return whether to skip reading it.
   bool only_names(const std::filesystem::path& file) {
     named.push_back({path_, file.string()});
     return is_names_only;
@@ -117,25 +118,25 @@ class Reader {
   std::vector<std::string> unread;
   std::vector<std::string> inputs;  ///< files that were read beside the scene
   std::vector<Finding> warnings;
-  std::map<std::string, LoadedVolume> volumes;  ///< by file and grid: each is read once
+  std::map<std::string, LoadedVolume> volumes;  ///< by file and grid; each is read once
 
  private:
   std::filesystem::path folder_;
   std::string path_;
 };
 
-/// \return `did you mean "fov"?`, or all there is to choose from where nothing is near.
+/// \return `did you mean "fov"?`, or the list of all known words if none is similar.
 std::string suggestion(std::string_view word, const std::vector<std::string>& known);
 
-// ---- What descriptions do not say: it is specialised where files are read.
+// ---- Additions to the descriptions, specialised for things that are read from files.
 
-/// Called once all keys of a thing are read without an error.
+/// Completes a thing after all its keys are read without an error.
 template <class T>
 struct Finish {
   static void run(Reader&, const Node&, T&) {}
 };
 
-/// All keys of a thing.
+/// Visits all keys of a thing.
 template <class T>
 struct Keys {
   template <class V>
@@ -144,9 +145,9 @@ struct Keys {
   }
 };
 
-/// What an alternative of a variant is in the file: calls use(name, doc, initial, keys, store),
-/// where store() makes the alternative of a thing whose values were `initial` before its keys were
-/// read.
+/// Maps an alternative of a variant to the file: calls use(name, doc, initial, keys, store).
+/// Reading starts with the values of `initial`; store() converts the thing that was read to the
+/// alternative.
 template <class P>
 struct Case {
   template <class Use>
@@ -155,7 +156,7 @@ struct Case {
   }
 };
 
-/// A value that stands in the file as another thing: Thing, and of() that makes the value of it.
+/// Specialised for values that the file stores as another type: Thing, which of() converts.
 template <class V>
 struct WrittenAs {};
 
@@ -169,7 +170,8 @@ template <class V>
 inline constexpr bool is_optional = false;
 template <class V>
 inline constexpr bool is_optional<std::optional<V>> = true;
-/// An object whose key "type" says which other keys it has. A camera says it by a member.
+/// Whether V is an object whose key "type" selects its other keys. A camera stores its type in a
+/// member.
 template <class V>
 inline constexpr bool is_variant = std::is_same_v<V, scene::Camera>;
 template <class... P>
@@ -181,7 +183,7 @@ concept is_written = requires {
 template <class V>
 using Element = std::decay_t<decltype(std::declval<V&>()[0])>;
 
-/// The doc of one kind of camera.
+/// Finds the doc of one kind of camera.
 struct CameraDoc : scene::Visitor<CameraDoc> {
   explicit CameraDoc(scene::Projection of) : kind(of) {}
   template <class M, class Form>
@@ -196,7 +198,7 @@ struct CameraDoc : scene::Visitor<CameraDoc> {
   const char* doc = "";
 };
 
-/// Calls use() as Case says for each thing that a variant may be.
+/// Calls use() for each alternative of a variant, as described at Case.
 template <class V, class Use>
 void for_cases(const scene::Things& form, const Use& use) {
   if constexpr (std::is_same_v<V, scene::Camera>) {
@@ -221,7 +223,7 @@ std::vector<std::string> case_names(const scene::Things& form) {
   for_cases<V>(form, [&](const char* name, const auto&...) { names.push_back(name); });
   return names;
 }
-/// The first one is meant without a "type".
+/// Whether the first alternative is the default without a "type".
 template <class V>
 inline constexpr bool has_usual_case = std::is_same_v<V, scene::Camera>;
 
@@ -235,18 +237,18 @@ std::vector<std::string> names_of() {
   return names;
 }
 
-/// \return how many elements a list has whose names are given, e.g. "x, y, z".
+/// \return the number of names in a list such as "x, y, z".
 int count_of(const char* names);
 
 using scene::form_of;
 
-/// A form's elements: their names, their own form, and whether one of them alone will do.
+/// The names of a form's elements, and whether a single number may replace the list.
 inline const char* names_of(const scene::Numbers& form) { return form.names; }
 inline const char* names_of(const scene::Word&) { return "x, y, z"; }
 inline bool or_one(const scene::Numbers& form) { return form.or_one; }
 inline bool or_one(const scene::Word&) { return false; }
 
-// ---- What a value may be: completes "expected ..."
+// ---- Descriptions of valid values, to complete "expected ..."
 
 template <class V, class Form>
 std::string expected(const Form& form) {
@@ -271,7 +273,8 @@ std::string expected(const Form& form) {
 
 // ---- Objects: their keys
 
-/// Passes on the keys of a thing of one kind, all in a few ways.
+/// Reduces the ways to describe a key to operator(), alias(), group() and alternatives() of
+/// Derived. `thing` selects the keys that depend on its kind.
 template <class Derived, class T>
 class KeyVisitor : public scene::Visitor<Derived> {
  public:
@@ -309,7 +312,7 @@ class KeyVisitor : public scene::Visitor<Derived> {
   const T& thing_of_kind_;
 };
 
-/// A key whose value is always the same: "type", or the version.
+/// A key with a constant value: "type", or the version.
 struct Constant {
   const char* name;
   Json value;
@@ -318,7 +321,7 @@ struct Constant {
   bool is_required;
 };
 
-/// Passes on each key with its value, or the one that stands for it, to `out`.
+/// Passes each key to `out`, with its value, or with the initial value of an alias.
 template <class T, class Out>
 class Entries : public KeyVisitor<Entries<T, Out>, T> {
  public:
@@ -353,7 +356,7 @@ void pass_on(const T& thing, const Describe& keys, Out& out) {
   keys(entries);
 }
 
-/// The names of the keys of an object, and which of them exclude each other.
+/// The names of the keys of an object, with the sets that exclude each other.
 class Outline {
  public:
   template <class T, class Describe>
@@ -372,13 +375,14 @@ class Outline {
   }
   void alternatives(const scene::Alternatives& sets, bool one_needed);
 
-  /// \return which of its alternatives `name` is one of, -1: none
+  /// \return the index of the alternative that `name` belongs to, -1 for none
   int alternative(const std::string& name) const;
+  /// \return whether `a` and `b` belong to different alternatives of one choice
   bool exclude(const std::string& a, const std::string& b) const;
 
   using Sets = std::vector<std::vector<std::string>>;
   std::vector<std::string> names;
-  Sets needed;  ///< alternatives one of which must be given
+  Sets needed;  ///< alternatives of which one is required
 
  private:
   void add(const char* name);
@@ -386,7 +390,7 @@ class Outline {
   std::vector<Sets> choices_;
 };
 
-// ---- Reading. Values stay as they were where there is an error.
+// ---- Reading. A value with an error is not changed.
 
 void missing(Reader& reader, const Node& node, const std::string& expected);
 template <class V, class Form>
@@ -396,7 +400,7 @@ template <class T, class Describe>
 void read_object(Reader& reader, const Node& node, T& thing, const Describe& keys,
                  const Constant* constant = nullptr);
 
-/// \return whether the key is given, and its value is good.
+/// \return whether the key is given with a valid value.
 template <class V, class Form>
 bool read_key(Reader& reader, const Node& node, scene::Name name, V& value, const Form& form) {
   const Node* member = child(node, name.text);
@@ -436,7 +440,7 @@ class ObjectReader : public KeyVisitor<ObjectReader<T>, T> {
   T& thing_;
 };
 
-/// Refuses keys that the object may not have. \return whether it is one.
+/// Refuses unknown and repeated keys. \return whether the node is an object.
 bool begin_object(Reader& reader, const Node& node, const Outline& outline,
                   const Constant* constant);
 void refuse_alternatives(Reader& reader, const Node& node, const Outline& outline);
@@ -451,7 +455,7 @@ void read_object(Reader& reader, const Node& node, T& thing, const Describe& key
   refuse_alternatives(reader, node, outline);
 }
 
-/// An object of its own: \return whether it has no errors.
+/// Reads an object and completes it. \return whether it has no errors.
 template <class T, class Describe>
 bool read_thing(Reader& reader, const Node& node, T& thing, const Describe& keys,
                 const Constant* constant = nullptr) {
@@ -501,10 +505,10 @@ void read_written(Reader& reader, const Node& node, V& value) {
   value = WrittenAs<V>::of(thing);
 }
 
-/// 8000000 or 8e6.
+/// Reads an integer, written as 8000000 or 8e6.
 template <class Integer>
 void read_integer(Reader& reader, const Node& node, Integer& value, const Range& range) {
-  constexpr double exact = 9007199254740992.0;  // 2^53: beyond it a float is no count
+  constexpr double exact = 9007199254740992.0;  // 2^53: larger doubles are not exact
   const Json& json = node.value;
   const double x = json.is_number() ? json.get<double>() : 0.5;
   const bool whole = json.is_number_integer() || (x == std::floor(x) && std::abs(x) <= exact);
@@ -575,7 +579,7 @@ void read_value(Reader& reader, const Node& node, V& value, const Form& form) {
 
 // ---- Values as JSON, with comments
 
-/// Has keys of its own.
+/// Whether values of this form are objects, or lists of objects.
 template <class Form>
 inline constexpr bool is_composite = std::is_same_v<Form, scene::Things>;
 
@@ -629,7 +633,7 @@ std::string list_of(const V& value, const Form& form, const std::string& indent)
 
 std::string as_alternative(const std::string& block, const std::string& indent);
 
-/// Comments that say what else the value may be.
+/// \return comments that list the alternatives to the value.
 template <class V>
 std::string others(const scene::Things& form, const std::string& indent) {
   std::string out;
@@ -671,7 +675,7 @@ class ObjectLister {
   void block(const std::string& name, const std::string& alternatives, const std::string& list,
              const std::string& remark);
   void line(const std::string& name, const std::string& list, const std::string& remark);
-  /// Shown as a comment, beside the keys that it excludes.
+  /// \return whether the key is listed as a comment, because it excludes keys that are listed.
   bool is_spare(const std::string& name) const;
   const char* comma(const std::string& name) const;
 

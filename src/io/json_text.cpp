@@ -13,8 +13,8 @@
 namespace tyndall::io {
 namespace {
 
-// nlohmann's parser reports tokens but not their places: the two functions below find those. They
-// may be this simple because they only see what the parser has accepted, or end at its complaint.
+// nlohmann's parser reports tokens without their places; the two functions below find these. They
+// can be simple because the parser has accepted the text, or they stop at its error.
 
 bool is_one_of(char c, std::string_view characters) {
   return characters.find(c) != characters.npos;
@@ -55,7 +55,7 @@ std::size_t token_end(std::string_view text, std::size_t at) {
   throw Error(ExitCode::scene_invalid, fmt::format("{}: {}", place(source, offset), message));
 }
 
-/// What some editors write, and nlohmann's parser would complain of byte by byte.
+/// Refuses encodings of some editors, for which the messages of nlohmann's parser do not help.
 void refuse_wide_characters(const Source& source) {
   const std::string_view text = source.text;
   if (text.starts_with("\xff\xfe") || text.starts_with("\xfe\xff")
@@ -100,7 +100,7 @@ class Builder {
   }
 
  private:
-  /// \return where the next key or value starts; what lies before it carries no meaning of its own.
+  /// \return the offset of the next key or value, after blanks and punctuation.
   std::size_t next_token() {
     const std::string_view text = source_.text;
     at_ = skip_blanks(text, at_);
@@ -121,7 +121,7 @@ class Builder {
     if (!node.value.is_structured()) return true;
     if (open_.size() == deepest)
       throw_at(source_, node.offset, fmt::format("nested deeper than {} levels", deepest));
-    open_.push_back(&node);  // stays where it is: its list grows again only after end()
+    open_.push_back(&node);  // stays valid: the list that holds it grows only after end()
     return true;
   }
 
@@ -130,7 +130,7 @@ class Builder {
     return true;
   }
 
-  /// nlohmann's message without its position, its quotations and its terms.
+  /// \return nlohmann's message without its position and quotations, in plainer terms.
   std::string reason(std::string_view token, char before, std::string message) const {
     std::string word(token.substr(token.find_first_not_of("+-") == 1 ? 1 : 0));
     for (char& c : word) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -163,8 +163,8 @@ class Builder {
 
   const Source& source_;
   Node& root_;
-  std::vector<Node*> open_;  ///< the lists and objects around the current place
-  std::size_t at_ = 0;       ///< [byte] end of the last token
+  std::vector<Node*> open_;  // the lists and objects around the current place
+  std::size_t at_ = 0;       // [byte] end of the last token
   std::string key_;
   std::size_t key_offset_ = 0;
 };

@@ -13,7 +13,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Beside the executable (a build), or where an installation puts it, seen from there.
+/// \return the possible paths: beside the executable (in a build), or relative to it in an
+/// installation.
 std::vector<fs::path> places_of(const char* module) {
   const fs::path bin = fs::read_symlink("/proc/self/exe").parent_path();
   std::vector<fs::path> places{bin / module};
@@ -33,7 +34,7 @@ void* module_function(const char* module, const char* name, std::string& problem
       looked += (looked.empty() ? "" : ", ") + place.parent_path().string();
       continue;
     }
-    // Global: Open MPI loads parts of its own, which look for its symbols.
+    // RTLD_GLOBAL because Open MPI loads plug-ins that need its symbols.
     void* loaded = ::dlopen(place.c_str(), RTLD_NOW | RTLD_GLOBAL);
     void* function = loaded != nullptr ? ::dlsym(loaded, name) : nullptr;
     if (function == nullptr) problem = ::dlerror();

@@ -49,8 +49,8 @@ static_assert(std::atomic<int>::is_always_lock_free);
 
 std::array<Slot, 16> slots;
 
-/// \return slot, or -1 where there is none: then a second signal leaves the temporary behind,
-/// nothing worse.
+/// \return a slot, or -1 if none is free. Without a slot, the only harm is that a second signal
+/// leaves the temporary behind.
 int remember(const std::string& temporary) {
   if (temporary.size() >= PATH_MAX) return -1;
   for (std::size_t i = 0; i < slots.size(); ++i) {
@@ -69,8 +69,8 @@ void forget(int slot) {
 
 // ---- Targets. ----
 
-/// The descriptor that /dev/stdout, /dev/stderr or /dev/fd/N stand for. Opening those by name
-/// would, with standard output sent to a file, start again at its beginning.
+/// \return the descriptor of /dev/stdout, /dev/stderr or /dev/fd/N. If standard output is a file,
+/// opening it by name would overwrite it from its beginning.
 std::optional<int> named_descriptor(std::string_view path) {
   if (path == "/dev/stdout") return STDOUT_FILENO;
   if (path == "/dev/stderr") return STDERR_FILENO;
@@ -83,7 +83,7 @@ std::optional<int> named_descriptor(std::string_view path) {
   return descriptor;
 }
 
-/// Follows links to their end, which need not exist.
+/// Follows links to the last target, which need not exist.
 std::string follow_links(const std::string& path) {
   fs::path place = path;
   std::error_code error;
@@ -101,10 +101,10 @@ std::string folder_of(const std::string& target) {
   return folder.empty() ? "." : folder;
 }
 
-/// Takes away what a process that was killed left in `folder`: temporaries live as long as the lock
-/// that their writer holds. A young one may not have been locked yet.
+/// Removes temporaries of killed processes from `folder`. A writer holds a lock on its temporary; a
+/// new one may not be locked yet, so recent files stay.
 void remove_leftovers(const std::string& folder) {
-  // Not directory_iterator, which ends the program where it finds no memory.
+  // std::filesystem::directory_iterator would end the program if memory runs out.
   struct Close {
     void operator()(DIR* folder) const { ::closedir(folder); }
   };
@@ -124,7 +124,7 @@ void remove_leftovers(const std::string& folder) {
   }
 }
 
-/// close() loses the descriptor even where it reports an error.
+/// Closes and clears the descriptor: close() releases it even if it reports an error.
 int close_once(int& descriptor) { return ::close(std::exchange(descriptor, -1)); }
 
 }  // namespace
@@ -148,8 +148,7 @@ OutputFile::OutputFile(std::string path) : path_(std::move(path)) {
     if (descriptor_ < 0) fail(path_, "opening", errno);
     return;
   }
-  // A rename would replace a write-protected file all the same; whoever protected it did not want
-  // that.
+  // A rename would replace even a write-protected file, against the intent of the protection.
   if (exists && ::access(target_.c_str(), W_OK) != 0) fail(path_, "the existing file", errno);
   remove_leftovers(folder_of(target_));
   open_temporary(folder_of(target_), exists ? old.st_mode & 07777u : 0666u, exists);
@@ -167,8 +166,8 @@ OutputFile::~OutputFile() { abandon(); }
 void OutputFile::open_temporary(const std::string& folder, unsigned mode, bool keep_mode) {
   static std::atomic<unsigned> count{0};
   std::string name;
-  do {  // a short name, so that it fits wherever the target's does; another machine may have the
-        // same process id
+  do {  // The name is short, to fit wherever the target's name fits. Another machine may use the
+        // same process id, so the loop tries again if the file exists.
     name = fmt::format("{}/{}{}-{}{}", folder, temporary_prefix, ::getpid(), count++,
                        temporary_suffix);
     descriptor_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode);
@@ -178,14 +177,15 @@ void OutputFile::open_temporary(const std::string& folder, unsigned mode, bool k
     const std::string step = fmt::format("creating a file in '{}'", folder);
     std::error_code ignored;
     if (error != ENOENT) fail(path_, step.c_str(), error);
-    if (fs::is_directory(folder, ignored)) fail(path_, step + ": it takes none");  // such as /proc
+    if (fs::is_directory(folder, ignored))
+      fail(path_, step + ": the folder does not accept files");  // such as /proc
     fail(path_, fmt::format("the folder '{}' does not exist", folder));
   }
   static_cast<void>(::flock(descriptor_, LOCK_EX | LOCK_NB));  // see remove_leftovers()
   temporary_ = std::move(name);
   slot_ = remember(temporary_);
-  // What the umask took away from the mode of an old file. Some file systems have no modes: no
-  // harm.
+  // Restores the bits of the old file's mode that the umask removed. File systems without modes
+  // fail here, which is harmless.
   if (keep_mode) static_cast<void>(::fchmod(descriptor_, mode));
 }
 
@@ -210,16 +210,15 @@ void OutputFile::commit() {
     return;
   }
   if (::fsync(descriptor_) != 0) fail(path_, "syncing", errno);
-  if (close_once(descriptor_) != 0)
-    fail(path_, "closing", errno);  // where NFS tells of a full disk
+  if (close_once(descriptor_) != 0) fail(path_, "closing", errno);  // NFS reports a full disk here
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) fail(path_, "renaming", errno);
   temporary_.clear();
   forget(std::exchange(slot_, -1));
 
-  // Until the folder is synced a power failure may bring the old file back.
+  // Until the folder is synced, a power failure may bring the old file back.
   int folder = ::open(folder_of(target_).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (folder < 0)
-    return;  // a folder that may be written but not read (mode 0300): nothing more can be done
+    return;  // a folder that is writable but not readable (mode 0300) cannot be synced
   const int error = ::fsync(folder) == 0 ? 0 : errno;
   close_once(folder);
   if (error != 0 && error != EINVAL) fail(path_, "syncing its folder", error);

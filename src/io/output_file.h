@@ -1,6 +1,5 @@
 /// \file
-/// Files that are either whole or not there: a temporary beside the target, synced, renamed over
-/// it.
+/// Atomic output files: a temporary beside the target is written, synced, and renamed over it.
 #pragma once
 
 #include <string>
@@ -8,30 +7,30 @@
 
 namespace tyndall::io {
 
-/// One output. The constructor finds out whether it can be written at all, so that nobody renders
-/// for an hour first; until commit() the target is untouched, and without commit() it stays so.
+/// One output. The constructor checks that the target can be written, before an hour of rendering.
+/// The target is unchanged until commit(), and stays unchanged without it.
 ///
-/// A symbolic link is followed: the file it points to is replaced, the link stays. What is no
-/// regular file (a pipe, /dev/stdout, /dev/null) has no old contents to protect and is written
-/// directly.
+/// A symbolic link is followed: the file it points to is replaced, the link stays. A target that is
+/// not a regular file (a pipe, /dev/stdout, /dev/null) has no old contents to protect and is
+/// written directly.
 class OutputFile {
  public:
   /// \throws Error(output_failed): the folder is missing or read-only, the target is a folder or
   /// write-protected.
   explicit OutputFile(std::string path);
-  /// Removes the temporary where commit() did not succeed.
+  /// Removes the temporary unless commit() succeeded.
   ~OutputFile();
   OutputFile(OutputFile&& other) noexcept;
   OutputFile& operator=(OutputFile&&) = delete;
 
-  /// \return false where somebody has removed the temporary since.
+  /// \return false if another process has removed the temporary.
   bool is_there() const;
   /// Appends `bytes`. \throws Error(output_failed): disk full, quota, input/output error.
   void write(std::string_view bytes);
-  /// Makes what was written the target, safe against a power failure. \throws Error(output_failed).
+  /// Replaces the target, durable against a power failure. \throws Error(output_failed).
   void commit();
 
-  /// As the person gave it.
+  /// The path as the user gave it.
   const std::string& path() const { return path_; }
 
  private:
@@ -45,8 +44,8 @@ class OutputFile {
   int slot_ = -1;  // in the list of remove_temporaries()
 };
 
-/// Removes the temporaries of all open outputs; async-signal-safe, for a handler that ends the
-/// process.
+/// Removes the temporaries of all open outputs. Async-signal-safe: for signal handlers that end
+/// the process.
 void remove_temporaries() noexcept;
 
 }  // namespace tyndall::io

@@ -1,4 +1,4 @@
-// The only file with zlib outside of the helper.
+// The only file outside the helper that uses zlib.
 #include "io/pack.h"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ std::string pack(std::string_view bytes, Packing packing) {
   std::size_t in = bytes.size(), out = packed.size();
   int result = Z_OK;
   constexpr std::size_t most = std::numeric_limits<uInt>::max();
-  do {  // zlib counts 32 bits at a time
+  do {  // zlib's counters have 32 bits
     if (stream.avail_in == 0) in -= stream.avail_in = static_cast<uInt>(std::min(in, most));
     if (stream.avail_out == 0) out -= stream.avail_out = static_cast<uInt>(std::min(out, most));
     result = deflate(&stream, in == 0 ? Z_FINISH : Z_NO_FLUSH);

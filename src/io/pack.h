@@ -1,5 +1,5 @@
 /// \file
-/// Packing by zlib.
+/// Compression with zlib.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +9,12 @@
 namespace tyndall::io {
 
 enum class Packing {
-  gzip,  ///< as small as it gets, with gzip's head and end
-  zlib,  ///< as pictures have it
+  gzip,  ///< best compression, with the gzip header and trailer
+  zlib,  ///< as in PNG files
 };
 std::string pack(std::string_view bytes, Packing packing);
 
-/// The checksum that PNG wants of each chunk.
+/// \return the CRC-32 that PNG stores with each chunk.
 std::uint32_t crc(std::string_view bytes);
 
 }  // namespace tyndall::io

@@ -29,14 +29,15 @@ static_assert(std::endian::native == std::endian::little, "the format is little-
 
 constexpr std::string_view magic = "TYNPART\n";
 constexpr std::size_t name_size = 16, most_in_chunk = std::size_t{16} << 20;
-constexpr int compression = 1;  // checkpoints are written while others wait
+constexpr int compression = 1;  // fast: the render waits for its checkpoints
 
 struct ChunkHeader {
   char name[name_size];
-  std::uint64_t raw, stored, checksum;  // [byte], of what is stored, XXH3 of all else of the chunk
+  std::uint64_t raw, stored, checksum;  // sizes [byte] before and after compression; XXH3
 };
 static_assert(sizeof(ChunkHeader) == 40);
 
+/// \return XXH3 of the chunk without its checksum.
 std::uint64_t checksum(const ChunkHeader& header, std::string_view stored) {
   XXH3_state_t state;
   XXH3_64bits_reset(&state);
@@ -45,9 +46,9 @@ std::uint64_t checksum(const ChunkHeader& header, std::string_view stored) {
   return XXH3_64bits_digest(&state);
 }
 
-// ---- What both directions have in common: each value in turn, put or taken.
+// ---- Values, in one order for writing and reading.
 
-/// Puts values one after the other.
+/// Appends values.
 class Packer {
  public:
   template <class T>
@@ -81,7 +82,7 @@ class Packer {
 
 struct Malformed {};
 
-/// Takes them again. \throws Malformed
+/// Reads values in the order of Packer. \throws Malformed
 class Unpacker {
  public:
   explicit Unpacker(std::string_view bytes) : bytes_(bytes) {}
@@ -113,7 +114,7 @@ class Unpacker {
   void operator()(Ranges& ranges) {
     std::vector<IndexRange> list;
     (*this)(list);
-    if (list.size() > 4096) throw Malformed{};  // what nobody writes would take long to read
+    if (list.size() > 4096) throw Malformed{};  // never written, and slow to read
     for (std::size_t i = 1; i < list.size(); ++i)
       if (list[i].begin <= list[i - 1].end) throw Malformed{};
     ranges = Ranges(std::move(list));
@@ -128,7 +129,7 @@ class Unpacker {
     if (size > 0) std::memcpy(to, bytes_.data(), size);
     bytes_.remove_prefix(size);
   }
-  /// Of a list, each element of which takes at least `least` bytes.
+  /// \return the size of a list with elements of at least `least` bytes.
   std::size_t size(std::size_t least) {
     std::uint64_t n = 0;
     (*this)(n);
@@ -162,7 +163,8 @@ void for_each_value(P& part, Each& each) {
   for (auto& r : part.replicates) all(r.photons, r.shot, r.light_hash, r.samples, r.gathered);
 }
 
-/// Large arrays: name, vector, how many elements it has where it has any, and their size [byte].
+/// Calls each(name, vector, count, element size [byte]) for the large arrays; each has `count`
+/// values or none.
 template <class P, class Each>
 void for_each_array(P& part, const Each& each_array) {
   const Frame& f = part.frame;
@@ -199,7 +201,7 @@ void write_chunk(const std::string& name, std::string_view raw, OutputFile& file
   file.write(stored);
 }
 
-/// The chunks of a file, one after the other.
+/// Reads the chunks of a file in order.
 class Chunks {
  public:
   Chunks(std::string_view bytes, const std::string& path) : bytes_(bytes), path_(path) {
@@ -218,7 +220,7 @@ class Chunks {
     }
   }
 
-  /// \return name of the next chunk, whose bytes go to `raw`.
+  /// \return the name of the next chunk. \param[out] raw its bytes
   std::string next(std::string& raw) {
     ++index_;
     ChunkHeader header;
@@ -227,7 +229,7 @@ class Chunks {
     bytes_.remove_prefix(sizeof header);
     name_.assign(header.name, ::strnlen(header.name, name_size));
     for (const char c : name_)
-      if (c < ' ' || c > '~') damaged("its name is none");
+      if (c < ' ' || c > '~') damaged("its name is not printable");
     if (header.stored > bytes_.size()) damaged("it was cut there");
     const std::string_view stored = bytes_.substr(0, header.stored);
     bytes_.remove_prefix(header.stored);
@@ -256,7 +258,7 @@ class Chunks {
   int index_ = 0;
 };
 
-/// What the numbers promise must make sense before memory is asked for.
+/// \return whether the values are consistent, to be checked before the arrays are allocated.
 bool is_sound(const Partial& part) {
   const Frame& f = part.frame;
   const Detectors& d = f.detectors;
@@ -282,7 +284,7 @@ bool is_sound(const Partial& part) {
   return true;
 }
 
-/// What belongs together must be there together.
+/// \return whether arrays that belong together are all present.
 bool is_whole(const Partial& part) {
   bool has_samples = false;
   for (const Replicate& r : part.replicates) {
@@ -327,7 +329,7 @@ Partial parse_part(std::string_view bytes, const std::string& name, std::uint64_
     for_each_value(part, values);
     if (!values.at_end() || !is_sound(part)) throw Malformed{};
   } catch (const Malformed&) {
-    chunks.damaged("its values make no sense");
+    chunks.damaged("its values are invalid");
   }
   std::uint64_t left = most_bytes;
   std::string next = chunks.next(raw);
@@ -337,7 +339,7 @@ Partial parse_part(std::string_view bytes, const std::string& name, std::uint64_
     if (count > left / element) {
       throw Error(
           ExitCode::out_of_memory,
-          fmt::format("{}: its {} takes {:.3g} GiB more memory than there is", name, array_name,
+          fmt::format("{}: its {} needs {:.3g} GiB more memory than there is", name, array_name,
                       (static_cast<double>(count) * static_cast<double>(element)
                        - static_cast<double>(left))
                           / 0x1p30));
@@ -371,7 +373,7 @@ Partial read_part(const std::string& path, std::uint64_t most_bytes) {
   } const file{::open(path.c_str(), O_RDONLY | O_CLOEXEC)};
   if (file.number < 0) fail("cannot be opened");
   struct stat status {};
-  if (::fstat(file.number, &status) != 0) fail("cannot be looked at");
+  if (::fstat(file.number, &status) != 0) fail("cannot be examined");
   if (!S_ISREG(status.st_mode))
     throw Error(ExitCode::input_missing, fmt::format("{}: is no regular file", path));
   std::string bytes(static_cast<std::size_t>(status.st_size), '\0');
@@ -379,7 +381,7 @@ Partial read_part(const std::string& path, std::uint64_t most_bytes) {
     const ssize_t got = ::read(file.number, bytes.data() + filled, bytes.size() - filled);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) fail("cannot be read");
-    if (got == 0) bytes.resize(filled);  // it has become shorter
+    if (got == 0) bytes.resize(filled);  // the file has become shorter
     filled += static_cast<std::size_t>(got);
   }
   return parse_part(bytes, path, most_bytes);

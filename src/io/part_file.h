@@ -1,6 +1,6 @@
 /// \file
-/// Parts of results in files (.tyn): what a checkpoint, a machine's share and light to gather from
-/// have in common. docs/format.md describes the bytes.
+/// Parts of results in files (.tyn). Checkpoints, one machine's part of a render and light that is
+/// reused have this format. docs/format.md describes the bytes.
 #pragma once
 
 #include <cstdint>
@@ -16,11 +16,11 @@ inline constexpr std::uint32_t part_version = 3;
 /// Appends `part` to `file`, without committing it. \throws Error(output_failed)
 void write_part(const Partial& part, OutputFile& file);
 
-/// \param most_bytes of memory that the file may ask for
-/// \throws Error(input_missing) where it is not there, of another version, or damaged: names the
-/// chunk; Error(out_of_memory) where it asks for more
+/// \param most_bytes of memory for the arrays of the file
+/// \throws Error(input_missing) if the file is missing, of another version, or damaged (the error
+/// names the chunk); Error(out_of_memory) if its arrays need more than `most_bytes`
 Partial read_part(const std::string& path, std::uint64_t most_bytes);
-/// The same for the bytes of a file, which `name` stands for in messages.
+/// Parses the bytes of a file as read_part() does. \param name of the file in messages
 Partial parse_part(std::string_view bytes, const std::string& name, std::uint64_t most_bytes);
 
 }  // namespace tyndall::io

@@ -1,5 +1,5 @@
 /// \file
-/// Pictures as portable float maps: no library needed, so every build has them.
+/// Pictures as portable float maps. They need no library, so every build has them.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace tyndall::io {
 
-/// \return the bytes of a PFM file: linear RGB in 32-bit floats; alpha and provenance find no place
-/// in it.
+/// \return the bytes of a PFM file: linear RGB in 32-bit floats. The format stores neither alpha
+/// nor provenance.
 std::string encode_pfm(const Picture& picture);
 
 }  // namespace tyndall::io

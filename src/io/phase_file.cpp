@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view blanks = " \t\r";
 
-/// Takes a number, and the blanks before it, from the front of `text`.
+/// Removes a number, and the blanks before it, from the front of `text`. \return whether it is one.
 bool take(std::string_view& text, double& number) {
   text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);

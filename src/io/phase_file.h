@@ -1,5 +1,5 @@
 /// \file
-/// Tabulated phase functions: text, a row "cosine value" a line, '#' begins a comment.
+/// Tabulated phase functions: text with a row "cosine value" per line; '#' begins a comment.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@
 
 namespace tyndall::io {
 
-/// \throws Error(input_missing) with the line of what is wrong.
+/// \throws Error(input_missing) with the line of the error.
 std::shared_ptr<const scene::PhaseTable> read_phase_file(const std::string& path);
 
 }  // namespace tyndall::io

@@ -24,16 +24,16 @@ void add_chunk(std::string& file, std::string_view type, std::string_view data) 
   file += big_endian(static_cast<std::uint32_t>(data.size())) + body + big_endian(crc(body));
 }
 
-/// What PNG's filters of a row foretell of a byte: nothing, the byte to the left, the one above, or
-/// the nearest to left + above - corner.
-int foretold(int filter, int left, int above, int corner) {
+/// \return a byte as PNG's filters 0, 1, 2 and 4 predict it: zero, the byte to the left, the one
+/// above, or the nearest of all three to left + above - corner (Paeth).
+int predicted(int filter, int left, int above, int corner) {
   if (filter != 4) return filter == 0 ? 0 : filter == 1 ? left : above;
   const int p = left + above - corner;
   const int a = std::abs(p - left), b = std::abs(p - above), c = std::abs(p - corner);
   return a <= b && a <= c ? left : b <= c ? above : corner;
 }
 
-/// The filter whose remainders are smallest, and the remainders.
+/// \return the filter with the smallest sum of absolute residuals, followed by the residuals.
 std::string filtered(const std::string& row, const std::string& above) {
   std::string best;
   long least = 0;
@@ -44,7 +44,7 @@ std::string filtered(const std::string& row, const std::string& above) {
       const auto at = [i](const std::string& bytes, std::size_t back) {
         return i < back ? 0 : int{static_cast<unsigned char>(bytes[i - back])};
       };
-      const int rest = at(row, 0) - foretold(filter, at(row, 3), at(above, 0), at(above, 3));
+      const int rest = at(row, 0) - predicted(filter, at(row, 3), at(above, 0), at(above, 3));
       line += static_cast<char>(rest & 255);
       sum += std::abs(static_cast<signed char>(rest & 255));
     }
@@ -70,10 +70,10 @@ std::string encode_png(const Picture& picture, double exposure) {
   std::string file("\x89PNG\r\n\x1a\n", 8);
   const std::string size = big_endian(static_cast<std::uint32_t>(picture.width))
                            + big_endian(static_cast<std::uint32_t>(picture.height));
-  add_chunk(file, "IHDR", size + std::string("\x08\x02\0\0\0", 5));  // 8 bits of RGB
-  add_chunk(file, "sRGB", std::string_view("\0", 1));                // as seen
+  add_chunk(file, "IHDR", size + std::string("\x08\x02\0\0\0", 5));  // 8-bit RGB
+  add_chunk(file, "sRGB", std::string_view("\0", 1));                // perceptual intent
   const std::string packed = pack(data, Packing::zlib);
-  constexpr std::size_t most = std::size_t{1} << 30;  // of a chunk: less than 2^31
+  constexpr std::size_t most = std::size_t{1} << 30;  // chunks are limited to 2^31 - 1 bytes
   for (std::size_t at = 0; at < packed.size(); at += most)
     add_chunk(file, "IDAT", std::string_view(packed).substr(at, most));
   add_chunk(file, "IEND", "");

@@ -8,8 +8,8 @@
 
 namespace tyndall::io {
 
-/// \return the bytes of an opaque RGB file under the sRGB curve, brighter by `exposure` [EV]. Alpha
-/// is not needed: the picture is premultiplied and holds its background.
+/// \return the bytes of an opaque RGB file with the sRGB curve, brighter by `exposure` [EV]. Alpha
+/// is dropped: the picture is premultiplied and includes its background.
 std::string encode_png(const Picture& picture, double exposure);
 
 /// \return linear `value` on the sRGB curve, 0 to 255; NaN is black.

@@ -36,14 +36,14 @@ using Clock = std::chrono::steady_clock;
   throw Error(ExitCode::out_of_memory, fmt::format("{}: {}", path, why));
 }
 
-/// The limit of descriptors; empty where there is none.
+/// \return the limit of file descriptors; empty for unlimited.
 std::string descriptor_limit() {
   struct rlimit limit {};
   if (::getrlimit(RLIMIT_NOFILE, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return "";
   return std::to_string(limit.rlim_cur);
 }
 
-/// \param error whether EMFILE, ENFILE or, from fcntl, EINVAL
+/// \param error EMFILE, ENFILE or, from fcntl, EINVAL
 [[noreturn]] void fail_for_descriptors(const std::string& path, int error) {
   if (error == ENFILE)
     fail_for_memory(path, "not read: too many files are open on this machine (sysctl fs.file-max)");
@@ -54,20 +54,20 @@ std::string descriptor_limit() {
 
 bool lacks_descriptors(int error) { return error == EMFILE || error == ENFILE; }
 
-/// Of the program or shared library that this is part of.
+/// \return the folder of the program or shared library that contains this function.
 fs::path own_folder() {
   Dl_info self{};
   void* map = nullptr;
   ::dladdr1(reinterpret_cast<const void*>(&own_folder), &self, &map, RTLD_DL_LINKMAP);
-  // A program has no name there, and what it was called is no path where a shell looked it up.
+  // A program has no name there, and argv[0] is not a path if a shell looked it up.
   const char* library = map ? static_cast<const struct link_map*>(map)->l_name : "";
   if (*library != '\0') return fs::canonical(library).parent_path();
-  // Unlike canonical(), this works also where a new program has taken its place since.
+  // Unlike canonical(), this works even if the program's file has been replaced.
   return fs::read_symlink("/proc/self/exe").parent_path();
 }
 
-/// Beside the program (or library), in the folder above it (the tests of a build), or where an
-/// installation puts it.
+/// \return the path of a helper: beside the program or library, in the folder above it (for tests
+/// of a build), or in an installation.
 std::string helper_program(const char* name) {
   const fs::path bin = own_folder();
   std::vector<fs::path> folders{bin, bin.parent_path()};
@@ -87,16 +87,15 @@ std::string helper_program(const char* name) {
                   name == image_helper ? "OpenEXR" : "OpenVDB"));
 }
 
-/// What the child may take: far more than any sound file of this size needs, also where others keep
-/// the processors busy.
+/// Limits of the child: far more than any sound file of this size needs, even on a busy machine.
 struct Limits {
   std::uint64_t memory;  ///< [byte]
-  std::uint64_t cpu;     ///< [s] of processor time
-  std::uint64_t clock;   ///< [s]
+  std::uint64_t cpu;     ///< processor time [s]
+  std::uint64_t clock;   ///< wall-clock time [s]
 };
 
-/// \param voxels along the longest side of a mesh: what it takes follows the area of its faces, of
-/// which few have more than ten times the square of that. 0: no mesh
+/// \param voxels along the longest side of a mesh, 0 for other files. The cost of a mesh is
+/// proportional to the area of its faces, which rarely exceeds 10 voxels^2.
 Limits limits_for(std::uint64_t file_size, int voxels) {
   const std::uint64_t megabytes = file_size / 1000000;
   const auto square = static_cast<std::uint64_t>(voxels) * static_cast<std::uint64_t>(voxels);
@@ -104,7 +103,7 @@ Limits limits_for(std::uint64_t file_size, int voxels) {
   return {(std::uint64_t{2} << 30) + 64 * file_size + 4096 * square, 6 + seconds, 8 + 4 * seconds};
 }
 
-/// Waits for a child; kills it when nobody waits any longer.
+/// Owns a child process: kills it unless wait() was called.
 class Child {
  public:
   explicit Child(pid_t id) : id_(id) {}
@@ -148,7 +147,8 @@ struct SpawnActions {
   }
 };
 
-/// A number above those that the child is given, lest giving one closes another.
+/// Moves a descriptor above the numbers that the child receives, so that dup2() to these numbers
+/// does not close it.
 Descriptor out_of_the_way(const std::string& path, Descriptor d) {
   if (d.number() > memory_descriptor) return d;
   Descriptor above(::fcntl(d.number(), F_DUPFD_CLOEXEC, memory_descriptor + 1));
@@ -168,9 +168,9 @@ pid_t spawn(const std::string& path, const std::vector<std::string>& words, int 
   ::posix_spawn_file_actions_adddup2(&spawn.actions, report, STDOUT_FILENO);
   ::posix_spawn_file_actions_addopen(&spawn.actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
   ::posix_spawn_file_actions_adddup2(&spawn.actions, memory, memory_descriptor);
-  // Other libraries of this process may have files open for inheritance.
+  // Other libraries of this process may have open files without close-on-exec.
   ::posix_spawn_file_actions_addclosefrom_np(&spawn.actions, memory_descriptor + 1);
-  // No signal that this process blocks or ignores is so in the child.
+  // The child starts with no signals blocked or ignored.
   sigset_t none, all;
   ::sigemptyset(&none);
   ::sigfillset(&all);
@@ -191,7 +191,7 @@ pid_t spawn(const std::string& path, const std::vector<std::string>& words, int 
   return id;
 }
 
-/// All that the child writes, until it ends or `deadline`. \return whether it ended.
+/// Reads all output of the child, until it ends or `deadline`. \return whether it ended.
 bool read_report(int from, Clock::time_point deadline, std::string& text) {
   constexpr std::size_t most = std::size_t{64} << 20;
   char block[1 << 16];
@@ -214,7 +214,8 @@ std::string signal_name(int signal) {
   return name ? fmt::format("SIG{}", name) : fmt::format("signal {}", signal);
 }
 
-/// Libraries call the file what the helper opens it as.
+/// Replaces the descriptor path in a message: libraries name the file by the path that the helper
+/// opens.
 std::string with_name(std::string message, const std::string& path) {
   const std::string_view own = input_path;
   for (std::size_t at = 0; (at = message.find(own, at)) != message.npos; at += path.size())
@@ -222,10 +223,10 @@ std::string with_name(std::string message, const std::string& path) {
   return message;
 }
 
-/// \return why the helper may fail although the file is sound: the limits that it inherits; empty
-/// where it has all that it may use.
+/// \return why the helper may fail for a sound file: inherited limits that are too low; empty if
+/// they suffice.
 std::string helper_shortage(std::uint64_t memory) {
-  constexpr rlim_t of_helper = 16;  // descriptors: libraries open some of their own
+  constexpr rlim_t of_helper = 16;  // descriptors, including those that libraries open
   struct rlimit limit {};
   if (::getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < of_helper)
     return fmt::format(
@@ -301,11 +302,11 @@ Json call_helper(const std::string& path, const Descriptor& file, const Descript
   Child child(spawn(path, words, file.number(), input.number(), memory.number()));
   input.close();
 
-  // A reader that lacks what this process lacks fails for that, whatever it says.
+  // If resources are short, that is reported as the cause, whatever the error of the reader.
   const std::string shortage = helper_shortage(limits.memory);
   const auto refuse = [&](const std::string& why) {
     if (!shortage.empty()) fail_for_memory(path, fmt::format("not read: {}", shortage));
-    constexpr int of_helper = 8;  // threads: libraries start some of their own
+    constexpr int of_helper = 8;  // threads, including those that libraries start
     if (startable_threads(of_helper) < of_helper)
       fail_for_memory(path,
                       "not read: the system starts too few threads: raise the limit of "
@@ -317,12 +318,12 @@ Json call_helper(const std::string& path, const Descriptor& file, const Descript
   const bool ended = read_report(output.number(), deadline, text);
   if (!ended && voxels > 0)
     refuse(
-        fmt::format("{} voxels took longer than {} s: given up; where the machine is busy, try "
+        fmt::format("{} voxels took longer than {} s: given up; if the machine is busy, try "
                     "again, or lower \"voxels\"",
                     voxels, limits.clock));
   if (!ended)
     refuse(
-        fmt::format("damaged, or too slow to read: given up after {} s; where the machine is "
+        fmt::format("damaged, or too slow to read: given up after {} s; if the machine is "
                     "busy, try again",
                     limits.clock));
   const int result = child.wait();
@@ -330,23 +331,25 @@ Json call_helper(const std::string& path, const Descriptor& file, const Descript
     const int signal = WTERMSIG(result);
     if (signal == SIGXFSZ)
       throw Error(ExitCode::output_failed,
-                  fmt::format("{}: its contents are larger than files, also those in memory, may "
-                              "be (ulimit -f)",
+                  fmt::format("{}: its contents exceed the size limit of files, which applies to "
+                              "memory files too (ulimit -f)",
                               path));
     if (signal == SIGKILL && child.cpu_seconds() + 1 < limits.cpu)
-      fail_for_memory(path, "its reader was killed, as the system does where memory runs out");
+      fail_for_memory(path, "its reader was killed; the system does this when memory runs out");
     if (voxels > 0 && (signal == SIGXCPU || signal == SIGKILL))
       refuse(fmt::format("{} voxels took more than {} s of processor time; lower \"voxels\"",
                          voxels, limits.cpu));
     if (signal == SIGXCPU || signal == SIGKILL)
-      refuse(fmt::format("damaged: reading it took more than {} s of processor time, and was ended",
-                         limits.cpu));
-    refuse(fmt::format("damaged: the library that reads it crashed ({}); nothing else came to harm",
-                       signal_name(signal)));
+      refuse(fmt::format(
+          "damaged: reading it took more than {} s of processor time and was stopped", limits.cpu));
+    refuse(
+        fmt::format("damaged: the library that reads it crashed ({}); the renderer itself is "
+                    "unaffected",
+                    signal_name(signal)));
   }
   Json report = Json::parse(text, nullptr, false);
   if (WEXITSTATUS(result) != 0 || !report.is_object())
-    refuse("damaged: the library that reads it failed without a word");
+    refuse("damaged: the library that reads it failed without a message");
   if (report.contains("message")) report["message"] = with_name(report.value("message", ""), path);
   const std::string kind = report.value("error", "");
   if (!shortage.empty() && (kind == error_memory || kind == error_damaged))

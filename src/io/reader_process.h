@@ -1,6 +1,6 @@
 /// \file
-/// The parent's side of io/helper/protocol.h: one process of its own for each file that is read, or
-/// written as a volume.
+/// The parent's side of io/helper/protocol.h: a separate helper process reads each image or volume
+/// and writes each volume.
 #pragma once
 
 #include <cstdint>
@@ -33,18 +33,18 @@ class Descriptor {
   int number_;
 };
 
-/// \throws Error: input_missing where `path` is no regular file that can be read, out_of_memory
-/// where this process may open no more files.
+/// \throws Error: input_missing if `path` is not a readable regular file, out_of_memory if this
+/// process can open no more files.
 Descriptor open_input(const std::string& path);
 
-/// An empty file in memory, for what is read from `path`. \throws Error(out_of_memory)
+/// \return an empty memory file. `path` is named in errors. \throws Error(out_of_memory)
 Descriptor memory_file(const std::string& path);
 
-/// Calls the helper on `file`, with an empty memory file for what it hands back. \param words the
-/// command and its arguments, without the limits \param voxels along the longest side of a mesh:
-/// what it takes follows their square; 0: no mesh \return its object, which may hold "error".
-/// \throws Error that names `path` where the helper itself fails: input_missing for a file that it
-/// dies of, out_of_memory where this process passes too little on to it.
+/// Calls the helper on `file`, with an empty memory file for its result. \param words the command
+/// and its arguments, without the limits \param voxels along the longest side of a mesh, 0 for
+/// other files; the limits grow with their square \return the helper's object, which may hold
+/// "error". \throws Error that names `path` if the helper itself fails: input_missing for a file
+/// that crashes it, out_of_memory if it inherits too few resources from this process.
 Json call_helper(const std::string& path, const Descriptor& file, const Descriptor& memory,
                  std::vector<std::string> words, int voxels = 0);
 

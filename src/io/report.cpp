@@ -38,7 +38,7 @@ std::string audit_text(const Audit& audit) {
       ratio(static_cast<double>(audit.cells), static_cast<double>(audit.flights)));
 }
 
-// ---- Facts, once, for header and file. ----
+// ---- Facts, common to the header and the JSON report. ----
 
 /// \return `text` as JSON.
 std::string quoted(std::string_view text) {
@@ -57,7 +57,7 @@ std::string quoted(std::string_view text) {
 struct Fact {
   std::string key;
   std::string value;
-  bool is_text = false;  // else the value is JSON
+  bool is_text = false;  // otherwise the value is JSON
 
   std::string json() const { return is_text ? quoted(value) : value; }
 };
@@ -73,7 +73,7 @@ std::string watts(const RenderResult& result, const Count (&units)[3]) {
   return list(channels);
 }
 
-/// \return a list for the first `count` of faces or components.
+/// \return a list of RGB powers for the first `count` faces or components.
 template <std::size_t n>
 std::string watts(const RenderResult& result, const Count (&units)[n][3], std::size_t count) {
   std::vector<std::string> lists;
@@ -81,8 +81,8 @@ std::string watts(const RenderResult& result, const Count (&units)[n][3], std::s
   return list(lists);
 }
 
-/// "audit.shoot.real" and the like. Keys stay below 32 characters with "tyndall." before them:
-/// longer ones make an EXR file that old readers refuse.
+/// Adds facts such as "audit.shoot.real". Keys stay below 32 characters including "tyndall.": old
+/// readers refuse EXR files with longer ones.
 void add_audit(std::vector<Fact>& facts, const char* pass, const Audit& audit) {
   const std::pair<const char*, Count> counts[] = {
       {"flights", audit.flights},      {"cells", audit.cells},
@@ -152,53 +152,53 @@ std::string short_number(double value) {
   return fmt::format("{:.3g}", value);
 }
 
-std::string balance_line(const double (&shares)[5], bool closes) {
+std::string balance_line(const double (&fractions)[5], bool closes) {
   return fmt::format(
       "{:.3g} % missed, {:.3g} % escaped, {:.3g} % absorbed, {:.3g} % roulette, {:.3g} % stalled; "
       "{}\n",
-      100 * shares[0], 100 * shares[1], 100 * shares[2], 100 * shares[3], 100 * shares[4],
-      closes ? "the account closes" : "THE ACCOUNT DOES NOT CLOSE");
+      100 * fractions[0], 100 * fractions[1], 100 * fractions[2], 100 * fractions[3],
+      100 * fractions[4], closes ? "the account closes" : "THE ACCOUNT DOES NOT CLOSE");
 }
 
 std::string photon_line(const Ledger& ledger) {
   const Balance sum = photon_balance(ledger);
-  const auto share = [&](Count part) {
+  const auto fraction = [&](Count part) {
     return ratio(static_cast<double>(part), static_cast<double>(sum.shot));
   };
   return fmt::format("photons  {} shot: ", sum.shot)
-         + balance_line({share(sum.missed), share(sum.escaped), share(sum.absorbed),
-                         share(sum.rouletted), share(sum.stalled)},
+         + balance_line({fraction(sum.missed), fraction(sum.escaped), fraction(sum.absorbed),
+                         fraction(sum.rouletted), fraction(sum.stalled)},
                         sum.closes());
 }
 
-/// \return "3 W", or "3, 2, 1 W" of red, green and blue where they differ.
+/// \return "3 W", or "3, 2, 1 W" for red, green and blue if they differ.
 std::string channels_text(const double (&watts)[3]) {
   return watts[0] == watts[1] && watts[1] == watts[2]
              ? fmt::format("{:.4g} W", watts[0])
              : fmt::format("{:.4g}, {:.4g}, {:.4g} W", watts[0], watts[1], watts[2]);
 }
 
-/// Powers are those of the channels; shares are those of the channels together.
+/// Powers are shown per channel; the fractions are of the sum of the channels.
 std::string power_line(const RenderResult& result) {
-  double shot[3] = {}, shares[5] = {};
+  double shot[3] = {}, fractions[5] = {};
   for (int channel = 0; channel < 3; ++channel) {
     const Balance sum = power_balance(result.ledger, channel);
     const Count parts[5] = {sum.missed, sum.escaped, sum.absorbed, sum.rouletted, sum.stalled};
     shot[channel] = watt(result, sum.shot);
-    for (int i = 0; i < 5; ++i) shares[i] += watt(result, parts[i]);
+    for (int i = 0; i < 5; ++i) fractions[i] += watt(result, parts[i]);
   }
-  for (double& share : shares) share = ratio(share, shot[0] + shot[1] + shot[2]);
+  for (double& fraction : fractions) fraction = ratio(fraction, shot[0] + shot[1] + shot[2]);
   const double* const unshot = result.unshot_power;
   const std::string passing =
       unshot[0] + unshot[1] + unshot[2] > 0
           ? fmt::format(" ({} more pass by the medium)", channels_text(result.unshot_power))
           : "";
   return fmt::format("power    {} shot{}: ", channels_text(shot), passing)
-         + balance_line(shares, power_closes(result.ledger));
+         + balance_line(fractions, power_closes(result.ledger));
 }
 
-/// Squeezed look-ups see the density itself, which may be outside its bounds, only when they are
-/// audited (is_audited() in tyndall/transport/walk.h): what is 0 here is 0 of those.
+/// Squeezed look-ups evaluate the density only if they are audited (is_audited() in
+/// tyndall/transport/walk.h), so the count covers only audited look-ups.
 std::string bounds_line(const RenderResult& result) {
   if (!result.frame.has_bounds) return "bounds   not used\n";
   return fmt::format("bounds   {} violations; one look-up in 256 is audited\n",
@@ -209,14 +209,14 @@ double photons_per_second(const RenderResult& result) {
   return ratio(static_cast<double>(result.ledger.shot), result.seconds.photons);
 }
 
-/// Samples of pixels.
+/// \return pixel samples per second.
 double samples_per_second(const RenderResult& result) {
   const double pixels =
       static_cast<double>(result.picture.width) * static_cast<double>(result.picture.height);
   return ratio(pixels * static_cast<double>(result.samples.count()), result.seconds.pixels);
 }
 
-/// How a volume was read, and what by: another process, whose memory is not this one's.
+/// \return a line about reading a volume; the second size is the memory of the helper process.
 std::string volume_line(const LoadedVolume& v) {
   return fmt::format("volume   {}: {} active voxels, {}B, read in {:.2f} s by a process of {}B\n",
                      v.path, short_number(static_cast<double>(v.volume->active_voxels())),
@@ -267,11 +267,11 @@ std::string report_lines(const Run& run) {
   const PassSeconds& seconds = result.seconds;
   std::string lines;
   for (const LoadedVolume& volume : run.volumes) lines += volume_line(volume);
-  // Light that was there already took none.
+  // Photons take no time if the light was reused.
   const std::string speed =
       seconds.photons > 0 ? fmt::format(" ({}/s)", short_number(photons_per_second(result))) : "";
   lines += fmt::format(
-      "time     bounds {:.2f} s, photons {:.2f} s{}, matter {:.2f} s, pixels {:.2f} s ({} "
+      "time     bounds {:.2f} s, photons {:.2f} s{}, medium {:.2f} s, pixels {:.2f} s ({} "
       "samples/s), depth {:.2f} s\n",
       seconds.bounds, seconds.photons, speed, seconds.measured[measurement::scattering],
       seconds.pixels, short_number(samples_per_second(result)),

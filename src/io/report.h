@@ -1,5 +1,5 @@
 /// \file
-/// What a run has to say about itself: for people, for programs, for the picture's header.
+/// The report of a run: for people, for programs, and for the header of the picture.
 #pragma once
 
 #include <string>
@@ -21,14 +21,14 @@ struct Run {
 
 /// \return the facts of the run that are the same on every machine, as keys
 /// ("tyndall.ledger.count.shot") and values (text, or JSON) for Picture::provenance. Times are
-/// not among them, so that equal runs give equal files.
+/// left out, so that equal runs give equal files.
 std::vector<std::pair<std::string, std::string>> provenance(const RenderResult& result);
 
-/// \return a JSON object with the same keys (without "tyndall."), and the scene file, the device
-/// and the times.
+/// \return a JSON object with the keys of provenance() (without "tyndall."), the scene file, the
+/// device and the times.
 std::string report_json(const Run& run);
 
-/// \return the account in a few lines for people.
+/// \return a summary in a few lines for people.
 std::string report_lines(const Run& run);
 
 }  // namespace tyndall::io

@@ -1,4 +1,4 @@
-// Scene files. Their keys are described in src/scene; the files that they name are read here.
+// Scene files: src/scene describes their keys; this file reads the files that they name.
 #include "io/scene_json.h"
 
 #include <algorithm>
@@ -70,7 +70,7 @@ void load_values(Reader& reader, const Node& node, DenseGrid& grid) {
 
 // ---- Volumes from files
 
-/// What a scene says of one, and what becomes of it.
+/// The keys of a volume in a scene, and the field that results.
 struct VolumeSource {
   std::string file;
   std::optional<std::string> grid;
@@ -84,11 +84,11 @@ void check_digest(const fs::path& path, const std::string& expected) {
   if (digest != expected)
     throw Error(
         ExitCode::input_missing,
-        fmt::format("{}: its SHA-256 is {}, expected {}: another file than the one that was meant",
+        fmt::format("{}: its SHA-256 is {}, expected {}: not the file that the scene expects",
                     path.string(), digest, expected));
 }
 
-/// In a sequence: whether a file other than `path` has the grid that it lacks.
+/// \return in a sequence, whether a file other than `path` has the grid that `path` lacks.
 template <class Load>
 bool is_in_other_frames(Reader& reader, const std::string& path, const std::string& what,
                         const Load& load) {
@@ -98,14 +98,14 @@ bool is_in_other_frames(Reader& reader, const std::string& path, const std::stri
     if (file == path) continue;
     try {
       known->second = !load(file, Emptiness::allowed).is_absent;
-    } catch (const Error&) {  // is said of its own frame
+    } catch (const Error&) {  // reported with its own frame
     }
   }
   return known->second;
 }
 
-/// In a sequence: the box that `fit` fits into the unit cube in every frame, where it is not that
-/// of the volume itself.
+/// \return in a sequence, the box that `fit` maps to the unit cube in every frame; nullopt if it is
+/// the box of the volume itself.
 template <class Load>
 std::optional<scene::SparseGrid::Bounds> box_to_fit(Reader& reader, const LoadedVolume& own,
                                                     const Load& load) {
@@ -120,17 +120,17 @@ std::optional<scene::SparseGrid::Bounds> box_to_fit(Reader& reader, const Loaded
     try {
       const LoadedVolume loaded = file == own.path ? own : load(file, Emptiness::allowed);
       if (loaded.volume->active_voxels() > 0) fit = {file, box_of(*loaded.volume)};
-    } catch (const Error&) {  // is said of its own frame
+    } catch (const Error&) {  // reported with its own frame
     }
   }
-  if (fit.file.empty()) return std::nullopt;  // all of them are empty
+  if (fit.file.empty()) return std::nullopt;  // all frames are empty
   const scene::SparseGrid::Bounds box = fit.box, mine = box_of(*own.volume);
   if (own.volume->active_voxels() > 0 && box.low == mine.low && box.high == mine.high)
     return std::nullopt;
   return box;
 }
 
-/// \param load reads the file at its path, unless that was done before.
+/// Sets the volume of `source`, which is read only once. \param load reads the file at a path
 template <class Load>
 void load_source(Reader& reader, const Node& node, VolumeSource& source, const std::string& what,
                  const Load& load) {
@@ -147,7 +147,7 @@ void load_source(Reader& reader, const Node& node, VolumeSource& source, const s
         LoadedVolume loaded =
             load(path.string(), is_numbered ? Emptiness::allowed : Emptiness::refused);
         if (loaded.is_absent && !is_in_other_frames(reader, path.string(), what, load)) {
-          // A name that no frame knows is a slip of the pen: the frames to come need not be tried.
+          // A grid that no frame has is an error of the scene, so later frames need not be tried.
           try {
             load(path.string(), Emptiness::refused);
           } catch (const Error& error) {
@@ -176,7 +176,7 @@ void load_source(Reader& reader, const Node& node, VolumeSource& source, const s
   });
 }
 
-/// Passes on one key of SparseGrid's, of the field of a volume's source.
+/// Describes one key of SparseGrid as a key of VolumeSource.
 template <class V>
 struct FieldKey : scene::Visitor<FieldKey<V>> {
   FieldKey(V& visitor, std::string_view name) : visitor_(visitor), name_(name) {
@@ -201,12 +201,12 @@ template <class V>
 void describe_file(V& v, const char* doc) {
   v(required("file"), &VolumeSource::file, Text{"the name of a file"}, "", doc);
   v("sha256", &VolumeSource::sha256, Text{"64 hexadecimal digits, in lower case"}, "",
-    "of the file: another one is refused");
+    "checksum of the file; other files are refused");
   FieldKey(v, "fit");
 }
 
 struct VdbSource : VolumeSource {
-  std::string fallback;  ///< the grid that is meant where none is named
+  std::string fallback;  ///< the default of "grid"
 };
 
 template <class V>
@@ -228,7 +228,7 @@ void load_vdb(Reader& reader, const Node& node, VdbSource& source) {
   const Volume* volume = source.field.volume.get();
   if (volume && volume->is_level_set() && !source.grid)
     reader.warning(node,
-                   "this grid is a level set, a surface: what is inside is a solid of density 1");
+                   "this grid is a level set, a surface: its interior is a solid of density 1");
 }
 
 struct MeshSource : VolumeSource {};
@@ -259,10 +259,10 @@ void load_phase(Reader& reader, const Node& node, TabulatedPhase& phase) {
   });
 }
 
-/// Sine of an angle [degree], exact at multiples of 90. A series of its own, since libms differ in
-/// the last bit and transforms reach the tallies.
+/// \return the sine of an angle [degree], exact at multiples of 90. The series is our own because
+/// implementations of libm differ in the last bit, and transforms affect the tallies.
 double sine(double degrees) {
-  // term + term * (-square / (k (k + 1))) + ..., down to the last bit for angles up to 45 degrees
+  // term + term * (-square / (k (k + 1))) + ..., accurate to the last bit up to 45 degrees
   const auto series = [](double term, double square, int k) {
     double sum = term;
     for (; k < 24; k += 2) {
@@ -286,7 +286,7 @@ struct Transform {
   glm::dvec3 translate{0.0}, rotate{0.0}, scale{1.0};
   std::array<double, 16> matrix = identity;
 
-  /// At most one of `matrix` and the rest is not the identity.
+  /// \return the transform. Either `matrix` or the product of the others is the identity.
   glm::dmat4 whole() const {
     const glm::dvec3 s{sine(rotate.x), sine(rotate.y), sine(rotate.z)};
     const glm::dvec3 c{cosine(rotate.x), cosine(rotate.y), cosine(rotate.z)};
@@ -302,12 +302,12 @@ struct Transform {
 
 template <class V>
 constexpr void describe(V& v, Type<Transform>) {
-  v("translate", &Transform::translate, limits::coordinate, "length", "moved by, at last");
-  v("rotate", &Transform::rotate, limits::angle, "degree", "turned about x, then y, then z");
+  v("translate", &Transform::translate, limits::coordinate, "length", "translation, applied last");
+  v("rotate", &Transform::rotate, limits::angle, "degree", "rotation about x, then y, then z");
   v("scale", &Transform::scale, cells(limits::factor), "length/field unit",
-    "stretched by, first of all");
+    "scale factors, applied first");
   v("matrix", &Transform::matrix, matrix(limits::factor), "",
-    "all in one: an affine matrix, row by row");
+    "the whole transform as an affine matrix, row by row");
   v.alternatives({{"translate", "rotate", "scale"}, {"matrix"}});
 }
 
@@ -347,7 +347,7 @@ const Constant& version() {
 
 }  // namespace
 
-// ---- What the descriptions do not say
+// ---- Additions to the descriptions
 
 template <>
 struct WrittenAs<glm::dmat4> {
@@ -380,7 +380,7 @@ struct Finish<Camera> {
   static void run(Reader& r, const Node& n, Camera&) { refuse_lone_film_width(r, n); }
 };
 
-/// Each body is a field of its own.
+/// In the file, each body is a type of field.
 template <>
 struct Case<Solid> {
   template <class Use>
@@ -397,20 +397,20 @@ struct Case<Solid> {
   }
 };
 
-/// By what its file is.
+/// In the file, the type of a sparse grid is that of its source.
 template <>
 struct Case<scene::SparseGrid> {
   template <class Use>
   static void visit(const char*, const char*, const Things& form, const Use& use) {
     use(
         "vdb",
-        "a grid of an OpenVDB or NanoVDB file; a level set is a solid; where there are no voxels "
-        "its background counts",
+        "a grid of an OpenVDB or NanoVDB file; a level set is a solid; outside its voxels the grid "
+        "has its background value",
         VdbSource{{}, form.grid}, [&](auto& v) { describe_vdb(v, form.grid); },
         [](VdbSource&& source) { return std::move(source.field); });
     use(
         "mesh",
-        "density 1 within a closed mesh, or the share of each voxel that is inside where walls are "
+        "density 1 within a closed mesh, or the fraction of each voxel that is inside if walls are "
         "thin; a shell two voxels thick along an open one",
         MeshSource{}, [](auto& v) { describe_mesh(v); },
         [](MeshSource&& source) { return std::move(source.field); });
@@ -441,7 +441,7 @@ std::string load(const std::string& path) {
   return text;
 }
 
-/// Puts the value of `option` at `path`; objects on the way are made where they are missing.
+/// Sets the value at `path` to that of `option`; missing objects on the way are created.
 void replace(Node& root, const std::string& path, const Source& option, Reader& reader) {
   Node* node = &root;
   std::string so_far;
@@ -467,15 +467,15 @@ void replace(Node& root, const std::string& path, const Source& option, Reader& 
   *node = std::move(value);
 }
 
-/// \return whether one of two paths leads through the other.
+/// \return whether one of two paths is equal to the other or an ancestor of it.
 bool related(std::string_view a, std::string_view b) {
   if (a.size() > b.size()) std::swap(a, b);
   return b.starts_with(a)
          && (a.empty() || a.size() == b.size() || b[a.size()] == '.' || b[a.size()] == '[');
 }
 
-/// Warnings about the things that have errors, each on its line: what was made of a file's values
-/// may be what is wrong with them.
+/// \return the warnings about objects that have errors, one per line: replaced values of a file may
+/// be the cause of an error.
 std::string related_warnings(const std::vector<Finding>& warnings,
                              const std::vector<Finding>& errors) {
   std::string lines;
@@ -491,7 +491,7 @@ std::string related_warnings(const std::vector<Finding>& warnings,
   return lines;
 }
 
-/// \param lines what comes before them
+/// \param lines printed before the errors
 [[noreturn]] void throw_all(std::vector<Finding> errors, std::string lines = "") {
   constexpr std::size_t most = 100;
   std::stable_sort(errors.begin(), errors.end(), [](const Finding& a, const Finding& b) {
@@ -506,7 +506,7 @@ std::string related_warnings(const std::vector<Finding>& warnings,
   if (only_files
       && std::all_of(errors.begin(), errors.end(), [](const Finding& e) { return e.is_of_frame; }))
     throw UnreadableFrame(lines);
-  // What is wrong with the scene comes first; then what the machine lacks, before what files do.
+  // Errors of the scene have priority; then missing resources; then errors of files.
   ExitCode code = errors[0].code;
   for (const Finding& error : errors) {
     if (error.code == ExitCode::scene_invalid) throw Error(error.code, lines);
@@ -515,7 +515,7 @@ std::string related_warnings(const std::vector<Finding>& warnings,
   throw Error(code, lines);
 }
 
-/// Where all fields are volumes, which end where their voxels do: the box that holds them.
+/// If all fields are volumes of files, sets the box of the medium to the box of their voxels.
 void enclose_volumes(Medium& medium) {
   glm::dvec3 low(1e300), high(-1e300);
   for (const Component& c : medium.components) {
@@ -529,7 +529,7 @@ void enclose_volumes(Medium& medium) {
   if (low.x <= high.x) medium.box_min = low, medium.box_max = high;
 }
 
-/// Of another version every key may differ: its other errors would be noise.
+/// Refuses other versions, before errors of keys that they may define differently.
 void refuse_other_versions(const Node& root) {
   const Node* version = root.value.is_object() ? child(root, "tyndall") : nullptr;
   if (!version || version->value == format_version) return;
@@ -538,10 +538,10 @@ void refuse_other_versions(const Node& root) {
                           quote(*version))}});
 }
 
-/// The text of a scene, with overrides.
+/// A parsed scene with overrides.
 struct Written {
   std::vector<Source> sources;
-  Node root;  ///< points to these
+  Node root;  ///< points to `sources`
 };
 
 Written parse_scene(const std::string& name, const std::string& text,
@@ -582,7 +582,7 @@ SceneFile read_written(const std::string& name, const std::string& text, const s
     const Node& node = nearest_node(written->root, problem.path);
     return Finding{node.source, node.offset, problem.path, problem.message};
   };
-  // What could not be read has its default, of which check() knows nothing.
+  // A value that could not be read has its default, so errors of check() about it are ignored.
   std::vector<std::string> unread = std::move(reader.unread);
   for (const Finding& error : reader.errors) unread.push_back(error.path);
   std::vector<Finding> errors = std::move(reader.errors);
@@ -649,9 +649,9 @@ std::string schema() {
 }
 
 std::string defaults() {
-  return "// Every key of a scene at its default, with its meaning, its unit and what it may be. "
+  return "// Every key of a scene at its default, with its meaning, its unit and its valid values. "
          "Required keys have no\n"
-         "// default: their values are examples. What a key may be instead stands in comments.\n"
+         "// default: their values are examples. Comments list alternative values.\n"
          + list_of_object(Scene{}, "", Keys<Scene>{}, &version()) + "\n";
 }
 

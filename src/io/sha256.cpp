@@ -22,7 +22,7 @@ class Sha256 {
       std::memcpy(block_.data() + filled_, bytes.data(), n);
       filled_ += n;
       bytes.remove_prefix(n);
-      if (filled_ == block_.size()) take_block();
+      if (filled_ == block_.size()) process_block();
     }
   }
 
@@ -40,7 +40,7 @@ class Sha256 {
   }
 
  private:
-  void take_block() {
+  void process_block() {
     std::uint32_t w[64];
     for (unsigned i = 0; i < 16; ++i) {
       const unsigned char* b = block_.data() + std::size_t{4} * i;

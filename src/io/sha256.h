@@ -1,4 +1,5 @@
 /// \file
+/// SHA-256, to identify the files of a scene.
 #pragma once
 
 #include <string>
@@ -6,7 +7,7 @@
 
 namespace tyndall::io {
 
-/// SHA-256 [FIPS180-4] in 64 lower-case hexadecimal digits.
+/// \return the SHA-256 [FIPS180-4] of `bytes` in 64 lower-case hexadecimal digits.
 std::string sha256(std::string_view bytes);
 
 /// \throws Error(input_missing)

@@ -26,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
-// ---- What the helper says
+// ---- Messages about the helper's reports
 
 std::string quoted_whole(const std::string& name) {
   return Json(name).dump(-1, ' ', false, Json::error_handler_t::replace);
@@ -50,9 +50,8 @@ std::string listed(const Json& grids) {
   return text;
 }
 
-/// How many letters are to be put in, left out or replaced to make one name of the other; capital
-/// letters count as small ones.
-std::size_t letters_apart(const std::string& a, const std::string& b) {
+/// \return the edit distance (Levenshtein) of two names, ignoring the case of ASCII letters.
+std::size_t edit_distance(const std::string& a, const std::string& b) {
   const auto small = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -67,18 +66,19 @@ std::size_t letters_apart(const std::string& a, const std::string& b) {
   return row.back();
 }
 
-/// What to write, where one of the grids would do: the one whose name is nearly `wanted`, or else
-/// the first.
+/// \return advice which grid to write in the scene: the one with the name nearest to `wanted`, or
+/// else the first numeric one.
 std::string remedy(const Json& grids, const std::string& wanted) {
-  constexpr std::size_t longest = 200;  // to be shown, and compared
+  constexpr std::size_t longest = 200;  // of names that are compared or shown in full
   const Json* best = nullptr;
   std::size_t fewest = wanted.size() / 3 + 1;
   for (const Json& grid : grids) {
     const std::string type = grid.value("type", ""), name = grid.value("name", "");
     if ((!is_numeric(type) && !is_color(type)) || std::max(name.size(), wanted.size()) > longest)
       continue;
-    const std::size_t apart = letters_apart(name, wanted);
-    if (apart < fewest || (apart == fewest && best == nullptr)) best = &grid, fewest = apart;
+    const std::size_t distance = edit_distance(name, wanted);
+    if (distance < fewest || (distance == fewest && best == nullptr))
+      best = &grid, fewest = distance;
   }
   for (const Json& grid : grids)
     if (best == nullptr && is_numeric(grid.value("type", ""))) best = &grid;
@@ -95,7 +95,7 @@ std::string remedy(const Json& grids, const std::string& wanted) {
   const std::string kind = report.value("error", ""), message = report.value("message", "");
   const char* format = fs::path(path).extension() == ".nvdb" ? "NanoVDB" : "VDB";
   if (kind == error_format) {
-    if (message.find("version") != message.npos)  // one of the helper's own
+    if (message.find("version") != message.npos)  // the helper's own message is complete
       fail_reading(path, message);
     fail_reading(path, fmt::format("not a {} file: {}", format, message));
   }
@@ -113,17 +113,17 @@ std::string remedy(const Json& grids, const std::string& wanted) {
 
 // ---- Files
 
-/// The grid that the helper left in the memory file. \throws Error, DamagedVolume
+/// \return the grid that the helper wrote to the memory file. \throws DamagedVolume, std::bad_alloc
 std::shared_ptr<const Volume> adopt(const Descriptor& memory, const Json& loaded) {
   const std::size_t size = memory.size();
   if (size == 0 || loaded.value("grid_bytes", std::uint64_t{0}) > size)
-    throw DamagedVolume("no grid came back from it");
+    throw DamagedVolume("reading it returned no grid");
   void* p = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, memory.number(), 0);
   if (p == MAP_FAILED) throw std::bad_alloc();
   const std::shared_ptr<std::byte> bytes(static_cast<std::byte*>(p),
                                          [size](std::byte* b) { ::munmap(b, size); });
   if (loaded.value("checksum", "") != checksum(bytes.get(), size))
-    throw DamagedVolume("the grid that came back from it is not the one that was sent");
+    throw DamagedVolume("the grid that its reader returned has a wrong checksum");
   return std::make_shared<const Volume>(bytes, size);
 }
 
@@ -146,13 +146,15 @@ void add_warnings(LoadedVolume& out) {
     out.warnings.push_back("the background is no number or beyond 1e12: taken as 0");
 }
 
-/// A wall that interpolated distances would lose is kept as what it fills of the voxels.
-std::string thin_walls(double share, double width, int voxels) {
+/// \return the warning about thin walls. Interpolated distances would lose them, so each voxel
+/// stores the fraction of it that they fill. \param fraction of the area of the faces
+/// \param width [voxel]
+std::string thin_walls(double fraction, double width, int voxels) {
   const double wanted = std::ceil(1.5 * voxels / width);
   return fmt::format(
-      "{:.2g} % of its faces bound walls thinner than a voxel and a half: the density is what is "
-      "filled of each voxel, and blurs its faces by one; {}",
-      100 * share,
+      "{:.2g} % of its faces bound walls thinner than a voxel and a half: the density is the "
+      "filled fraction of each voxel, which blurs faces by one voxel; {}",
+      100 * fraction,
       limits::mesh_voxels.contains(wanted)
           ? fmt::format("\"voxels\": {:.0f} keeps them sharp", wanted)
           : fmt::format("no \"voxels\" up to {:.0f} keeps them sharp", limits::mesh_voxels.high));
@@ -172,10 +174,9 @@ LoadedVolume load(const std::string& path, std::vector<std::string> words,
   out.child_memory = report.value("resident", std::uint64_t{0});
   out.is_open = !loaded.value("closed", true);
   if (out.is_open)
-    out.warnings.push_back(
-        "an open mesh: a shell two voxels thick along its faces, nothing within");
-  if (const double share = loaded.value("thin_walls", 0.0); share > 0)
-    out.warnings.push_back(thin_walls(share, loaded.value("thin_width", 1.0), voxels));
+    out.warnings.push_back("an open mesh: a shell two voxels thick along its faces, empty inside");
+  if (const double fraction = loaded.value("thin_walls", 0.0); fraction > 0)
+    out.warnings.push_back(thin_walls(fraction, loaded.value("thin_width", 1.0), voxels));
   try {
     out.volume = adopt(memory, loaded);
   } catch (const DamagedVolume& damage) {
@@ -187,11 +188,12 @@ LoadedVolume load(const std::string& path, std::vector<std::string> words,
   if (v.active_voxels() == 0 && emptiness == Emptiness::refused)
     fail_reading(path,
                  fmt::format("nothing to render: grid {} has no active voxels", quoted(v.name())));
-  // Densities are clamped by the remap unless that makes them positive.
+  // A remap may make negative values positive; the densities that stay negative are clamped to 0.
   if (const auto n = loaded.value("negative", std::uint64_t{0}); n > 0 && !v.is_level_set())
     out.warnings.push_back(fmt::format(
         "{} of {} active voxels are negative, down to {:.4g}: {}", n, v.active_voxels(),
-        v.minimum(), v.is_color() ? "taken as black" : "where a remap leaves them so, taken as 0"));
+        v.minimum(),
+        v.is_color() ? "taken as black" : "taken as 0 unless a remap makes them positive"));
   out.seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return out;
 }

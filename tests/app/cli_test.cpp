@@ -1019,7 +1019,7 @@ TEST_F(CliTest, BakesThatCannotBeAreRefusedBeforeThePhotons) {
         << outcome.err;
     EXPECT_EQ(outcome.err.find("hash  "), std::string::npos) << "photons were shot";
     expect_error({"bake", "scene.json", "--multiple-only", "-o", "a.html"}, 2,
-                 "would lack what is scattered once");
+                 "would lack single scattering");
   }
   EXPECT_EQ(run({"bake", "scene.json", "--multiple-only", "-o", "once.json"}).code, 0);
   EXPECT_NE(contents(folder_ / "once.json").find("left out"), std::string::npos);

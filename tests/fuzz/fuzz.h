@@ -1,5 +1,5 @@
 /// \file
-/// What the targets share: bytes as a file, and errors that are as they should be.
+/// Common parts of the targets: bytes as a file, and checks of errors.
 #pragma once
 
 #include <fcntl.h>
@@ -15,12 +15,12 @@
 
 namespace tyndall::fuzz {
 
-/// A file of `size` bytes, in memory.
+/// A memory file of `size` bytes.
 class File {
  public:
   File(const std::uint8_t* bytes, std::size_t size) {
     const int first = ::memfd_create("fuzz", 0);
-    number_ = ::fcntl(first, F_DUPFD, 10);  // beyond those that have a meaning
+    number_ = ::fcntl(first, F_DUPFD, 10);  // above the numbers with a meaning
     ::close(first);
     if (number_ < 0 || ::write(number_, bytes, size) != static_cast<ssize_t>(size)) std::abort();
   }
@@ -33,7 +33,7 @@ class File {
   int number_ = -1;
 };
 
-/// Refusals have a reason; anything else that is thrown is a finding.
+/// Calls read(). An Error must have a message and not be internal; other exceptions are findings.
 template <class Read>
 int expect_an_error_at_most(Read&& read) {
   try {

@@ -1,4 +1,4 @@
-// Images of the sky as the helper decodes them, and the pictures of frames.
+// Environment images, as the helper decodes them, and pictures, as read_exr() reads them.
 #include <exception>
 
 #include "fuzz/fuzz.h"
@@ -14,14 +14,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* bytes, std::size_t siz
     if (::dup2(opened, number) != number) std::abort();
     if (opened != number) ::close(opened);
   };
-  const int others = ::fcntl(io::memory_descriptor, F_DUPFD, 10);  // what watches has files, too
+  const int others = ::fcntl(io::memory_descriptor, F_DUPFD, 10);  // the fuzzer may use this number
   give(file, STDIN_FILENO);
   give(memory, io::memory_descriptor);
   try {
     io::read_image();
   } catch (const io::Failure& failure) {
     if (failure.message.empty()) std::abort();
-  } catch (const std::exception&) {  // a library's word for damage
+  } catch (const std::exception&) {  // a library's error for damage
   }
   ::close(io::memory_descriptor);
   if (others >= 0) {

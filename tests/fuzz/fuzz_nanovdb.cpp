@@ -1,6 +1,6 @@
-// NanoVDB buffers, as the process that reads volumes hands them over, which may itself have been
-// led astray by a file. Even the smallest is 300 kB of mostly nothing, so an input is a list of
-// changes to a ball of matter: where (4 bytes), how many (1), bytes.
+// NanoVDB buffers as the helper returns them; a damaged file may have corrupted the helper. Even
+// the smallest buffer has 300 kB, mostly zeros, so an input is a list of changes to a ball: offset
+// (4 bytes), count (1), bytes.
 #include <algorithm>
 #include <cstring>
 
@@ -29,18 +29,18 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* changes, std::size_t c
     std::memcpy(&at, changes, 4);
     const std::size_t many = std::min<std::size_t>(changes[4] % 32 + 1, count - 5);
     changes += 5, count -= 5;
-    // Nodes and their headers lie at the ends: half of the changes go to the first 1 000 bytes.
+    // The headers of the grid lie at its beginning, which gets half of the changes.
     const std::size_t place = at % 2 == 0 ? at / 2 % 1000 : at / 2 % size;
     std::memcpy(buffer.get() + place, changes, std::min(many, size - place));
     changes += many, count -= many;
   }
-  if (count > 0) size -= changes[0];  // it was cut
+  if (count > 0) size -= changes[0];  // truncates the buffer
   try {
     const Volume volume(buffer, size, 1);
     TreeNodes nodes;
     if (!volume.is_color()) {
       const SparseGrid grid = volume.view();
-      for (int i = 0; i < 64; ++i) {  // in and out of its box
+      for (int i = 0; i < 64; ++i) {  // inside and outside its box
         const auto at = [&](int axis) {
           return grid.extent[axis] * (static_cast<float>((i >> (2 * axis)) % 4) / 2.0f - 0.25f);
         };

@@ -1,6 +1,6 @@
-// Parts of renders. An input is a part before it is compressed: chunks of a name (16 bytes), a
-// length (8) and so many bytes, which get the header and the checksums that they should have; else
-// nothing beyond them would ever be looked at. Inputs that begin as files do are taken as they are.
+// Parts of renders. An input is an uncompressed part: chunks of a name (16 bytes), a length (8) and
+// as many bytes. The target adds the header and valid checksums; otherwise no input would get past
+// them. Inputs that begin like a file are used unchanged.
 #include "io/part_file.h"
 
 #define XXH_INLINE_ALL
@@ -73,7 +73,7 @@ tyndall::Partial rendered(const tyndall::RenderOptions& options) {
   return renderer.part();
 }
 
-/// A render left in the midst of its samples.
+/// \return a part of a render interrupted during its samples.
 std::string checkpoint() {
   using namespace tyndall;
   RenderOptions options;
@@ -89,7 +89,7 @@ std::string checkpoint() {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
-/// Of the render that the seeds began.
+/// \return the remaining samples of the render that the seeds began.
 const tyndall::Partial& the_rest() {
   static const tyndall::Partial rest = [] {
     tyndall::RenderOptions options;
@@ -103,7 +103,7 @@ const tyndall::Partial& the_rest() {
 
 /// Writes a seed to the folder that TYNDALL_FUZZ_SEEDS names.
 extern "C" int LLVMFuzzerInitialize(int*, char***) {
-  the_rest();  // takes longer than an input may
+  the_rest();  // rendered before the time limit per input applies
   if (const char* folder = std::getenv("TYNDALL_FUZZ_SEEDS")) {
     const std::string file = checkpoint();
     std::ofstream(std::string(folder) + "/file", std::ios::binary) << file;

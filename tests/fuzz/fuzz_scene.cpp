@@ -1,4 +1,4 @@
-// Scene files: whatever their bytes, they are read and checked, or refused.
+// Scene files: any bytes are either read and checked, or refused.
 #include "io/scene_json.h"
 
 #include "fuzz/fuzz.h"

@@ -1,5 +1,5 @@
-// Feeds a target what fuzzing has found before: each file of the folders that are named, once. What
-// libFuzzer does, without clang.
+// Runs a target once with each file of the given folders, the inputs found by earlier fuzzing. A
+// replacement for libFuzzer in builds without clang.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
@@ -14,7 +14,7 @@ int main(int argc, char** argv) {
   int count = 0;
   for (int i = 1; i < argc; ++i) {
     for (const auto& entry : std::filesystem::directory_iterator(argv[i])) {
-      std::fprintf(stderr, "%s\n", entry.path().c_str());  // the last line names the culprit
+      std::fprintf(stderr, "%s\n", entry.path().c_str());  // names the input before a crash
       std::ifstream file(entry.path(), std::ios::binary);
       const std::vector<char> bytes{std::istreambuf_iterator<char>(file), {}};
       LLVMFuzzerTestOneInput(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());

@@ -41,7 +41,7 @@ MUTATIONS = {
 OUTCOMES = (  # what an error says, and what the table calls it
     ("crashed", "reader crashed"),
     ("given up", "too slow"),
-    ("was ended", "too slow"),
+    ("was stopped", "too slow"),
     ("more memory", "too large"),
     ("damaged", "damaged"),
     ("not a ", "not a volume"),

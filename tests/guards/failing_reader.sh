@@ -26,16 +26,16 @@ expect_of() {
 expect() { expect_of smoke.vdb 4 "$@"; }
 # shellcheck disable=SC2016 # $$ is the reader's
 {
-  expect "crashed (SIGSEGV); nothing else came to harm" 'kill -SEGV $$'
-  expect_of smoke.vdb 6 "was killed, as the system does where memory runs out" 'kill -KILL $$'
-  expect_of sky.exr 4 "crashed (SIGABRT); nothing else came to harm" 'kill -ABRT $$'
+  expect "crashed (SIGSEGV); the renderer itself is unaffected" 'kill -SEGV $$'
+  expect_of smoke.vdb 6 "was killed; the system does this when memory runs out" 'kill -KILL $$'
+  expect_of sky.exr 4 "crashed (SIGABRT); the renderer itself is unaffected" 'kill -ABRT $$'
 }
-expect "failed without a word" 'exit 3'
-expect "failed without a word" 'echo "{\"grids\": ["'
-expect "no grid came back" 'echo "{\"grids\": [{\"unique_name\": \"density\", \"type\": \"float\"}], \"loaded\": {}}"'
-expect_of sky.exr 4 "failed without a word" 'exit 3'
-expect_of sky.exr 4 "no image came back" 'echo "{\"image\": {\"width\": 2, \"height\": 1}}"'
-expect_of sky.exr 4 "no image came back" 'echo "{\"image\": {\"width\": -2, \"height\": -1}}"'
+expect "failed without a message" 'exit 3'
+expect "failed without a message" 'echo "{\"grids\": ["'
+expect "reading it returned no grid" 'echo "{\"grids\": [{\"unique_name\": \"density\", \"type\": \"float\"}], \"loaded\": {}}"'
+expect_of sky.exr 4 "failed without a message" 'exit 3'
+expect_of sky.exr 4 "reading it returned no image" 'echo "{\"image\": {\"width\": 2, \"height\": 1}}"'
+expect_of sky.exr 4 "reading it returned no image" 'echo "{\"image\": {\"width\": -2, \"height\": -1}}"'
 expect "given up after" 'exec yes'
 expect "given up after" 'exec sleep 98765'
 if pgrep -f "^sleep 98765$" >/dev/null; then

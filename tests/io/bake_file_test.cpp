@@ -1,5 +1,5 @@
 /// \file
-/// Baked files say what the program knows, and the shader's sampler reads it as Tyndall does.
+/// Baked files hold the baked light, and the shader evaluates it as Tyndall does.
 #include "io/bake_file.h"
 
 #include <gtest/gtest.h>
@@ -20,14 +20,14 @@
 #include "support/volumes.h"
 #include "tyndall/random/random.h"
 
-// ---- What a shader of GLSL has, for io/look/light.glsl
+// ---- The parts of GLSL that io/look/light.glsl uses
 namespace tyndall::io::glsl {
 
 using glm::abs, glm::all, glm::dot, glm::exp, glm::greaterThanEqual, glm::length,
     glm::lessThanEqual, glm::max, glm::min, glm::mix, glm::sqrt, glm::step;
 using vec3 = glm::vec3;
 
-/// Linear filter, clamped to the edge.
+/// A texture with a linear filter, clamped to the edge.
 struct sampler3D {
   glm::ivec3 size{1};
   int channels = 1;
@@ -85,7 +85,7 @@ Scene cloud() {
   return scene;
 }
 
-/// The textures of a JSON and its .raw file.
+/// \return the textures of a JSON description and its .raw file.
 std::map<std::string, glsl::sampler3D> textures(const Json& description, const std::string& raw) {
   std::map<std::string, glsl::sampler3D> out;
   for (const Json& t : description.at("textures")) {
@@ -102,7 +102,7 @@ std::map<std::string, glsl::sampler3D> textures(const Json& description, const s
 
 glm::vec3 vector(const Json& v) { return {v[0], v[1], v[2]}; }
 
-TEST(BakeFile, is_sampled_by_the_shader_as_by_tyndall) {
+TEST(BakeFile, is_evaluated_by_the_shader_as_by_tyndall) {
   const Baked b = baked(cloud());
   const std::vector<ConvertedFile> files =
       bake_files({"scene.json", b.scene, b.light, {}}, "light.json", {false, 40, 0});
@@ -133,13 +133,13 @@ TEST(BakeFile, is_sampled_by_the_shader_as_by_tyndall) {
     const glm::vec3 u(uniform(r.a), uniform(r.b), uniform(r.c));
     const glm::vec3 p = light_min + u * (light_max - light_min);
     const glm::vec3 w = glm::normalize(glm::vec3(u.y - 0.5f, u.z - 0.5f, uniform(r.d) - 0.4f));
-    // Trilinear among 40 voxels: near the density itself where that is smooth.
+    // Trilinear interpolation of 40 voxels approximates the density.
     const Vec3f local{p.x - 1, p.y + 2, p.z - 3};
     const float sigma = prepared.components[0].sigma_t(local);
     inside += sigma > 0 ? 1 : 0;
     total += double{sigma};
     difference += std::abs(double{extinction(p)} - double{sigma});
-    // What the light's own arrays give at the middle of the cell.
+    // At the centre of a cell, the result follows from the arrays of the light.
     const glm::ivec3 cell = glm::ivec3(u * glm::vec3(10, 9, 12));
     const glm::vec3 middle =
         light_min + (glm::vec3(cell) + 0.5f) / glm::vec3(10, 9, 12) * (light_max - light_min);
@@ -156,16 +156,17 @@ TEST(BakeFile, is_sampled_by_the_shader_as_by_tyndall) {
     }
   }
   EXPECT_GT(inside, 200);
-  EXPECT_LT(difference, 0.03 * total) << difference / total;  // of 40 voxels: 0.021
+  EXPECT_LT(difference, 0.03 * total) << difference / total;  // 0.021 for 40 voxels
 }
 
-TEST(BakeFile, shader_adds_what_is_scattered_once) {
+TEST(BakeFile, shader_adds_single_scattering) {
   using namespace glsl;
   density = {glm::ivec3(1, 1, 2), 1, {3.0f, 3.0f}};
   density_min = vec3(1, 2, 3);
   density_max = vec3(2, 3, 5);
   const vec3 p(1.25f, 2.5f, 4.0f), sun(0.6f, 0.0f, 0.8f), view(0.0f, 0.0f, -1.0f);
-  // The ray leaves through the far side of x, 0.75 / 0.6 away; the light turns by acos(0.8).
+  // The ray leaves through the far side of x, at distance 0.75 / 0.6; the scattering angle is
+  // acos(0.8).
   const double through = std::exp(-3 * 0.75 / 0.6);
   for (const double g : {-0.5, 0.0, 0.85}) {
     const double phase =
@@ -175,14 +176,14 @@ TEST(BakeFile, shader_adds_what_is_scattered_once) {
     EXPECT_NEAR(double{seen.x} / (0.9 * phase * through), 1, 1e-4) << g;
     EXPECT_NEAR(double{seen.z} / (3.6 * phase * through), 1, 1e-4) << g;
   }
-  // Where matter varies, the middle rule: a ramp from 0 to 4 along z, of which one half is passed.
+  // A varying density is integrated by the midpoint rule: half of a ramp from 0 to 4 along z.
   density = {glm::ivec3(1, 1, 64), 1, std::vector<float>(64)};
   for (std::size_t i = 0; i < 64; ++i) density.values[i] = (static_cast<float>(i) + 0.5f) / 16;
   EXPECT_NEAR(transmittance(p, vec3(0, 0, 1), 64), std::exp(-3.0f), 1e-4f);
   EXPECT_NEAR(transmittance(p, vec3(0, 0, -1), 64), std::exp(-1.0f), 1e-4f);
 }
 
-TEST(BakeFile, halves_take_half_the_room) {
+TEST(BakeFile, half_floats_need_half_the_bytes) {
   const Baked b = baked(cloud());
   const Bake bake{"scene.json", b.scene, b.light, {}};
   const auto whole = bake_files(bake, "light.json", {false, 16, 0});
@@ -191,7 +192,7 @@ TEST(BakeFile, halves_take_half_the_room) {
   EXPECT_NE(half[0].bytes.find("rgb16f"), std::string::npos);
 }
 
-TEST(BakeFile, halves_end_at_the_largest_one) {
+TEST(BakeFile, half_floats_are_clamped_to_the_largest) {
   Baked b = baked(cloud());
   for (Vec3f& c : b.light.groups[0].fluence) c = 1e5f * c;
   b.light.relative_error[0] = 1e6f;
@@ -207,7 +208,7 @@ TEST(BakeFile, halves_end_at_the_largest_one) {
   EXPECT_GT(largest, 1u);
 }
 
-TEST(BakeFile, says_how_it_was_made) {
+TEST(BakeFile, has_provenance) {
   const Baked b = baked(cloud());
   const Bake bake{"scene.json", b.scene, b.light, {{"tyndall.seed", "4711"}}};
   std::vector<std::string> names{"light.json"};
@@ -226,7 +227,7 @@ TEST(BakeFile, says_how_it_was_made) {
   }
 }
 
-TEST(BakeFile, says_that_single_scattering_is_left_out) {
+TEST(BakeFile, records_that_single_scattering_is_left_out) {
   Baked b = baked(cloud());
   b.light = test::baked(b.scene.scene, true, false, true);
   const Bake bake{"scene.json", b.scene, b.light, {}};
@@ -243,7 +244,7 @@ TEST(BakeFile, says_that_single_scattering_is_left_out) {
 #if TYNDALL_ZLIB
   try {
     bake_files(bake, "light.html", {});
-    ADD_FAILURE() << "a page lacks what is scattered once";
+    ADD_FAILURE() << "a page would lack single scattering";
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ExitCode::usage);
     EXPECT_NE(std::string(error.what()).find("--multiple-only"), std::string::npos) << error.what();
@@ -291,7 +292,7 @@ TEST(BakeFile, grids_lie_where_the_light_is) {
   }
 }
 
-TEST(BakeFile, has_what_matter_emits_of_its_own) {
+TEST(BakeFile, has_the_emission_of_the_medium) {
   Scene scene = cloud();
   const auto has_emission = [](const Baked& b) {
     const Json json = Json::parse(
@@ -307,7 +308,7 @@ TEST(BakeFile, has_what_matter_emits_of_its_own) {
   auto read = textures(Json::parse(files[0].bytes), files[1].bytes);
   const glsl::sampler3D &density = read.at("density"), &emission = read.at("emission");
   ASSERT_EQ(emission.size, density.size);
-  // Radiance times extinction, of what does not scatter: 1 - 0.9 of it.
+  // Radiance times the absorption coefficient, 1 - 0.9 of the extinction.
   float most = 0;
   for (std::size_t i = 0; i < density.values.size(); ++i) {
     most = std::max(most, density.values[i]);

@@ -12,7 +12,7 @@ namespace {
 
 #if TYNDALL_OIDN
 
-/// A ramp with noise of half its height.
+/// \return a ramp with uniform relative noise of +-50 %.
 Picture noisy_ramp() {
   Picture picture;
   picture.width = 96, picture.height = 64;
@@ -31,8 +31,8 @@ Picture noisy_ramp() {
   return picture;
 }
 
-/// Root mean square of what is off the ramp, in its units.
-double off_the_ramp(const Picture& picture) {
+/// \return the root mean square of the relative deviation from the ramp.
+double deviation(const Picture& picture) {
   double sum = 0;
   for (std::size_t i = 0; i < picture.rgba.size() / 4; ++i) {
     const double ramp = 1 + static_cast<double>(i % 96) / 32;
@@ -41,12 +41,12 @@ double off_the_ramp(const Picture& picture) {
   return std::sqrt(sum / static_cast<double>(picture.rgba.size() / 4));
 }
 
-TEST(Denoise, takes_the_noise_and_keeps_it_as_a_layer) {
+TEST(Denoise, keeps_the_noisy_colours_as_a_layer) {
   const Picture noisy = noisy_ramp();
   Picture picture = noisy;
   io::denoise(picture);
-  EXPECT_GT(off_the_ramp(noisy), 0.28);
-  EXPECT_LT(off_the_ramp(picture), 0.05);
+  EXPECT_GT(deviation(noisy), 0.28);
+  EXPECT_LT(deviation(picture), 0.05);
   ASSERT_EQ(picture.layers.size(), 2u);
   EXPECT_EQ(picture.layers[1].name, "noisy");
   for (std::size_t i = 0; i < noisy.rgba.size() / 4; ++i) {
@@ -58,7 +58,7 @@ TEST(Denoise, takes_the_noise_and_keeps_it_as_a_layer) {
   EXPECT_EQ(picture.provenance[0].first, "tyndall.denoised");
 }
 
-TEST(Denoise, leaves_a_picture_without_pixels_as_it_is) {
+TEST(Denoise, keeps_a_picture_without_pixels) {
   Picture picture;
   io::denoise(picture);
   EXPECT_TRUE(picture.layers.empty());
@@ -66,11 +66,11 @@ TEST(Denoise, leaves_a_picture_without_pixels_as_it_is) {
 
 #else
 
-TEST(Denoise, takes_the_noise_and_keeps_it_as_a_layer) {
+TEST(Denoise, keeps_the_noisy_colours_as_a_layer) {
   GTEST_SKIP() << "this build has no Open Image Denoise";
 }
 
-TEST(Denoise, says_that_this_build_cannot) {
+TEST(Denoise, is_refused_by_builds_without_the_library) {
   try {
     io::require_denoiser();
     FAIL();

@@ -1,4 +1,4 @@
-// Every row of the tables in docs/errors.md, tried with the executable.
+// Runs the executable with every row of the tables in docs/errors.md.
 #include <fcntl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Sanitizers reserve terabytes of address space: no limit can be set on it.
+// Sanitizers reserve terabytes of address space, so it cannot be limited.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool sanitized = true;
 #elif defined(__has_feature)
@@ -48,15 +48,15 @@ struct Row {
 
 struct Limit {
   __rlimit_resource what = RLIMIT_AS;
-  rlim_t value = 0;  // 0: none
+  rlim_t value = 0;  // 0: no limit
 };
 
 struct Document {
-  std::string scene;  // of the rows without a file of their own
+  std::string scene;  // for rows without their own file
   std::vector<Row> rows;
 };
 
-/// The inside of a cell: blanks and backticks are not part of it.
+/// \return the contents of a cell, without blanks and backticks around them.
 std::string bare(const std::string& cell) {
   const auto first = cell.find_first_not_of(" `"), last = cell.find_last_not_of(" `");
   return first == cell.npos ? "" : cell.substr(first, last - first + 1);
@@ -142,7 +142,7 @@ class ErrorsTable : public testing::Test {
     EXPECT_EQ(run(arguments, limit), row.code);
     const std::string printed = contents(scratch_ / "printed");
     EXPECT_NE(printed.find(row.message), std::string::npos) << "printed:\n" << printed;
-    // A picture where the render was done, and nothing half-written elsewhere.
+    // A picture exists exactly if the render was done.
     const bool rendered = arguments[1] == "render" && row.code == 0;
     EXPECT_EQ(fs::remove(scratch_ / "work" / "cloud.pfm"), rendered);
   }
@@ -150,7 +150,7 @@ class ErrorsTable : public testing::Test {
   Document document_;
 
  private:
-  /// \return exit code, -1 after a crash. All that is printed goes to a file.
+  /// Runs a command with its output redirected to a file. \return the exit code, -1 after a crash
   int run(std::vector<std::string>& arguments, Limit limit) const {
     std::vector<char*> argv;
     for (std::string& argument : arguments) argv.push_back(argument.data());

@@ -45,7 +45,7 @@ TEST(Pfm, StartsAtTheBottomRow) {
 #if TYNDALL_ZLIB
 TEST(Png, FollowsTheSrgbCurve) {
   EXPECT_EQ(srgb_byte(0.0), 0);
-  EXPECT_EQ(srgb_byte(0.002), 7);  // the straight part: 12.92 * 0.002 * 255 = 6.6
+  EXPECT_EQ(srgb_byte(0.002), 7);  // the linear segment: 12.92 * 0.002 * 255 = 6.6
   EXPECT_EQ(srgb_byte(0.18), 118);
   EXPECT_EQ(srgb_byte(0.5), 188);
   EXPECT_EQ(srgb_byte(1.0), 255);
@@ -90,7 +90,7 @@ TEST_F(ExrTest, ComesBackBitForBit) {
   EXPECT_EQ(read.provenance, picture.provenance);
 }
 
-TEST_F(ExrTest, SaysWhereAPartLiesInTheWhole) {
+TEST_F(ExrTest, StoresThePositionOfACrop) {
   Picture picture = gradient(37, 21);
   picture.left = 100, picture.top = 200;
   picture.whole_width = 640, picture.whole_height = 480;
@@ -105,7 +105,7 @@ TEST_F(ExrTest, SaysWhereAPartLiesInTheWhole) {
   EXPECT_TRUE(read.rgba == picture.rgba);
 }
 
-TEST_F(ExrTest, IsTheSameEachTimeAndReadableByOldReaders) {
+TEST_F(ExrTest, IsDeterministicAndReadableByOldReaders) {
   const Picture picture = gradient(64, 64);
   const std::string bytes = encode_exr(picture);
   EXPECT_TRUE(bytes == encode_exr(picture));
@@ -115,7 +115,7 @@ TEST_F(ExrTest, IsTheSameEachTimeAndReadableByOldReaders) {
   EXPECT_EQ(bytes.substr(4, 4), std::string("\2\0\0\0", 4));  // version 2, no long names, no parts
 }
 
-TEST_F(ExrTest, SaysWhatIsWrongWithAFile) {
+TEST_F(ExrTest, RefusesDamagedFiles) {
   const auto code_of = [&] {
     try {
       read_exr(path_);

@@ -1,5 +1,6 @@
 /// \file
-/// What images say of themselves: each right value here follows from the format's own text.
+/// Metadata and pixels of images. The expected values follow from the specifications of the
+/// formats.
 #include "io/image_file.h"
 
 #include <gtest/gtest.h>
@@ -23,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 using namespace test;
 
-#if TYNDALL_OPENEXR || TYNDALL_OPENIMAGEIO  // there is a helper
+#if TYNDALL_OPENEXR || TYNDALL_OPENIMAGEIO  // the build has the helper
 
 constexpr float infinity = std::numeric_limits<float>::infinity(),
                 nan = std::numeric_limits<float>::quiet_NaN();
@@ -45,7 +46,7 @@ class ImageFile : public testing::Test {
   LoadedImage load(const std::string& bytes, const std::string& name = "sky.exr") const {
     return load_image(put(bytes, name));
   }
-  /// \return what is said after the file's name.
+  /// \return the error message after the file's name, "read" if there is none.
   std::string refusal(const std::string& bytes, const std::string& name = "sky.exr") const {
     try {
       load(bytes, name);
@@ -97,7 +98,7 @@ TEST_F(ImageFile, the_data_window_lies_within_the_display_window) {
   EXPECT_TRUE(loaded.warnings.empty());
 }
 
-TEST_F(ImageFile, what_lies_outside_of_the_display_window_is_cut) {
+TEST_F(ImageFile, pixels_outside_the_display_window_are_cut) {
   ExrPart part = plain();
   part.display = {10, 20, 25, 27};
   part.data = {7, 18, 40, 24};
@@ -110,7 +111,7 @@ TEST_F(ImageFile, what_lies_outside_of_the_display_window_is_cut) {
   EXPECT_EQ(t[16 * 5].x, 0);
 }
 
-TEST_F(ImageFile, the_layer_with_the_picture_is_taken) {
+TEST_F(ImageFile, the_layer_with_the_picture_is_chosen) {
   const auto with = [](std::vector<std::vector<ExrChannel>> layers) {
     ExrPart part;
     for (const auto& layer : layers)
@@ -123,7 +124,7 @@ TEST_F(ImageFile, the_layer_with_the_picture_is_taken) {
   expect_color(first(with({exr_rgb("View Layer.Combined", 1, 2, 3),
                            exr_rgb("View Layer.DiffCol", 9, 9, 9)})),
                1, 2, 3);
-  // Depth and the like are no colours.
+  // Layers such as depth have no colours.
   expect_color(first(with({exr_rgb("sky", 1, 2, 3),
                            {{"A", [](int, int) { return 9.0f; }}},
                            {{"depth.Z", [](int, int) { return 9.0f; }}}})),
@@ -135,7 +136,7 @@ TEST_F(ImageFile, the_layer_with_the_picture_is_taken) {
   EXPECT_EQ(none, "it has no colours: no channels R, G, B, and no Y; its channels: Z");
 }
 
-TEST_F(ImageFile, the_part_with_the_picture_is_taken) {
+TEST_F(ImageFile, the_part_with_the_picture_is_chosen) {
   ExrPart depth, rgba = plain(), other = plain(9, 9, 9);
   depth.name = "depth";
   depth.channels = {{"Z", [](int, int) { return 1000.0f; }}};
@@ -157,7 +158,7 @@ TEST_F(ImageFile, grey_is_three_channels_of_one_value) {
 }
 
 TEST_F(ImageFile, luminance_and_chroma_become_colors) {
-  // Y = (R + G + B in the proportions of Rec. 709), RY = (R - Y) / Y, BY = (B - Y) / Y.
+  // Y is the luminance of Rec. 709, RY = (R - Y) / Y, BY = (B - Y) / Y.
   ExrPart part;
   part.channels = {{"BY", [](int, int) { return -0.8f; }, 2},
                    {"RY", [](int, int) { return 0.6f; }, 2},
@@ -173,13 +174,13 @@ TEST_F(ImageFile, a_map_of_longitude_and_latitude_is_used_and_a_cube_refused) {
   part.attributes = exr_attribute("envmap", "envmap", std::string(1, '\0'));
   EXPECT_TRUE(load(exr_file({part})).warnings.empty());
   part.attributes = exr_attribute("envmap", "envmap", std::string(1, '\1'));
-  EXPECT_EQ(refusal(exr_file({part})).substr(0, 37), "a cube of six faces (envmap): write i");
+  EXPECT_EQ(refusal(exr_file({part})).substr(0, 41), "a cube map of six faces (envmap): convert");
   part.attributes = exr_attribute("envmap", "envmap", std::string(1, '\7'));
   EXPECT_EQ(refusal(exr_file({part})).substr(0, 53),
             "its envmap is 7, neither 0 (latlong) nor 1 (a cube): ");
-  const Json told = Json::parse(info(put(exr_file({part})), true).text);
-  EXPECT_EQ(told["envmap"], 7);
-  EXPECT_EQ(told["use"].get<std::string>().substr(0, 23), "none: its envmap is 7, ");
+  const Json shown = Json::parse(info(put(exr_file({part})), true).text);
+  EXPECT_EQ(shown["envmap"], 7);
+  EXPECT_EQ(shown["use"].get<std::string>().substr(0, 23), "none: its envmap is 7, ");
 }
 
 TEST_F(ImageFile, primaries_become_those_of_rec_709) {
@@ -192,16 +193,16 @@ TEST_F(ImageFile, primaries_become_those_of_rec_709) {
       rec2020{0.708f, 0.292f, 0.170f, 0.797f, 0.131f, 0.046f, 0.3127f, 0.3290f},
       aces{0.7347f, 0.2653f, 0.0f, 1.0f, 0.0001f, -0.0770f, 0.32168f, 0.33767f};
   const auto first = [&](const std::string& bytes) { return load(bytes).image->texels()[0]; };
-  EXPECT_EQ(first(with(rec709, 0.3f, 0.2f, 0.1f)).x, 0.3f);  // to the bit
-  // ITU-R BT.2087 has the matrix the other way round: 0.6274, 0.3293, 0.0433; 0.0691, 0.9195,
-  // 0.0114; 0.0164, 0.0880, 0.8956.
+  EXPECT_EQ(first(with(rec709, 0.3f, 0.2f, 0.1f)).x, 0.3f);  // exactly
+  // ITU-R BT.2087 has the inverse matrix: 0.6274, 0.3293, 0.0433; 0.0691, 0.9195, 0.0114; 0.0164,
+  // 0.0880, 0.8956.
   expect_color(first(with(rec2020, 0.6274f + 0.3293f * 0.5f + 0.0433f * 0.25f,
                           0.0691f + 0.9195f * 0.5f + 0.0114f * 0.25f,
                           0.0164f + 0.0880f * 0.5f + 0.8956f * 0.25f)),
                1, 0.5f, 0.25f, 2e-4f);
   expect_color(first(with(rec2020, 2, 2, 2)), 2, 2, 2, 1e-5f);
   expect_color(first(with(aces, 2, 2, 2)), 2, 2, 2, 1e-5f);  // white stays white
-  // What Rec. 709 cannot show is cut, and said.
+  // Colours outside of Rec. 709 are clamped, with a warning.
   const LoadedImage green = load(with(rec2020, 0, 1, 0));
   ASSERT_EQ(green.warnings.size(), 1u);
   EXPECT_EQ(green.warnings[0],
@@ -211,7 +212,7 @@ TEST_F(ImageFile, primaries_become_those_of_rec_709) {
             "damaged: its primaries span no colors");
 }
 
-TEST_F(ImageFile, what_is_not_honoured_is_named) {
+TEST_F(ImageFile, ignored_metadata_is_reported) {
   ExrPart part = plain();
   part.attributes = exr_attribute("whiteLuminance", "float", bytes_of({100}));
   const LoadedImage loaded = load(exr_file({part}));
@@ -252,7 +253,7 @@ TEST_F(ImageFile, infinite_pixels_are_the_largest_half_or_the_largest_pixel) {
   EXPECT_EQ(loaded.image->texels()[2 * 16 + 3].x, 1e12f);
 }
 
-TEST_F(ImageFile, damage_is_told_by_the_name_of_the_file) {
+TEST_F(ImageFile, errors_of_damage_name_the_file) {
   const std::string whole = exr_file({plain()});
   for (const std::size_t bytes : {whole.size() / 2, whole.size() - 20, std::size_t{40}}) {
     const std::string message = refusal(whole.substr(0, bytes), "cut.exr");
@@ -263,25 +264,25 @@ TEST_F(ImageFile, damage_is_told_by_the_name_of_the_file) {
             std::string::npos);
 }
 
-TEST_F(ImageFile, info_shows_what_an_image_says) {
+TEST_F(ImageFile, info_shows_the_metadata_of_an_image) {
   ExrPart depth, rgba = plain();
   depth.name = "depth";
   depth.channels = {{"Z", [](int, int) { return 1000.0f; }}};
   rgba.name = "rgba";
   rgba.data = {4, 2, 11, 5};
-  depth.attributes = exr_attribute(  // which all parts share
+  depth.attributes = exr_attribute(  // must be the same in all parts
       "chromaticities", "chromaticities",
       bytes_of({0.708f, 0.292f, 0.170f, 0.797f, 0.131f, 0.046f, 0.3127f, 0.3290f}));
   rgba.attributes = depth.attributes + exr_attribute("envmap", "envmap", std::string(1, '\0'));
-  const Json told = Json::parse(info(put(exr_file({depth, rgba})), true).text);
-  EXPECT_EQ(told["size"], Json({16, 8}));
-  EXPECT_EQ(told["format"], "exr");
-  EXPECT_EQ(told["parts"][0]["channels"], "Z");
-  EXPECT_EQ(told["parts"][1]["data window"], Json({4, 2, 11, 5}));
-  EXPECT_EQ(told["parts"][1]["envmap"], "latlong");
-  EXPECT_EQ(told["taken"], "part 1 'rgba'");
-  EXPECT_EQ(told["primaries"][0], 0.708);
-  EXPECT_EQ(told["use"], "the image of an environment light");
+  const Json shown = Json::parse(info(put(exr_file({depth, rgba})), true).text);
+  EXPECT_EQ(shown["size"], Json({16, 8}));
+  EXPECT_EQ(shown["format"], "exr");
+  EXPECT_EQ(shown["parts"][0]["channels"], "Z");
+  EXPECT_EQ(shown["parts"][1]["data window"], Json({4, 2, 11, 5}));
+  EXPECT_EQ(shown["parts"][1]["envmap"], "latlong");
+  EXPECT_EQ(shown["taken"], "part 1 'rgba'");
+  EXPECT_EQ(shown["primaries"][0], 0.708);
+  EXPECT_EQ(shown["use"], "the image of an environment light");
   const Json none = Json::parse(info(put(exr_file({depth})), true).text);
   EXPECT_EQ(none["channels"], "Z");
   EXPECT_EQ(none["use"].get<std::string>().substr(0, 24), "none: it has no colours:");
@@ -291,7 +292,7 @@ TEST_F(ImageFile, info_shows_what_an_image_says) {
 
 // ---- Radiance
 
-/// 0.5, 1, 2, 4, ... as grey pixels.
+/// \return grey pixels of 0.5, 1, 2, 4, ...
 std::string powers(int count) {
   std::string pixels;
   for (int i = 0; i < count; ++i) pixels += std::string(3, '\x80') + static_cast<char>(128 + i);
@@ -314,11 +315,11 @@ TEST_F(ImageFile, exposures_divide_and_multiply_each_other) {
             "damaged: its EXPOSURE is 'much', not 1 number");
 }
 
-// "Radiance File Formats": the first axis is that from row to row; +X is to the right, +Y upwards.
+// "Radiance File Formats": the first axis is the major one; +X points right, +Y points up.
 TEST_F(ImageFile, all_orders_of_pixels_are_turned_upright) {
   struct Order {
     const char* resolution;
-    std::vector<int> upright;  // the stored pixel at each place, row by row
+    std::vector<int> upright;  // the stored index of each upright pixel, row by row
   };
   const Order orders[] = {{"-Y 2 +X 3", {0, 1, 2, 3, 4, 5}}, {"-Y 2 -X 3", {2, 1, 0, 5, 4, 3}},
                           {"+Y 2 +X 3", {3, 4, 5, 0, 1, 2}}, {"+Y 2 -X 3", {5, 4, 3, 2, 1, 0}},
@@ -333,12 +334,12 @@ TEST_F(ImageFile, all_orders_of_pixels_are_turned_upright) {
     for (std::size_t i = 0; i < 6; ++i)
       EXPECT_EQ(loaded.image->texels()[i].x, std::ldexp(0.5f, order.upright[i])) << i;
   }
-  EXPECT_EQ(refusal(radiance_file("", "-Y 2 +Y 3", powers(6)), "sky.hdr").substr(0, 30),
-            "damaged: '-Y 2 +Y 3' is no siz");
+  EXPECT_EQ(refusal(radiance_file("", "-Y 2 +Y 3", powers(6)), "sky.hdr").substr(0, 36),
+            "damaged: '-Y 2 +Y 3' is not the size");
 }
 
-// rpict(1): views are perspectives (-vtv, or no -vt at all), parallel (l), cylinders (c) or
-// fisheyes (a, h, s).
+// rpict(1): views are perspectives (-vtv, the default), parallel (l), cylinders (c) or fisheyes (a,
+// h, s).
 TEST_F(ImageFile, a_radiance_picture_with_a_view_is_no_map) {
   const auto read = [&](const std::string& lines) {
     return load(radiance_file(lines, "-Y 1 +X 2", powers(2)), "sky.hdr");
@@ -349,13 +350,13 @@ TEST_F(ImageFile, a_radiance_picture_with_a_view_is_no_map) {
     return loaded.warnings.empty() ? "" : loaded.warnings[0];
   };
   EXPECT_EQ(warning("VIEW= -vta -vp 0 0 0 -vh 360\n"),
-            "its VIEW is an angular fisheye (-vta): it is read by longitude and latitude all the "
-            "same; convert it to that first");
-  EXPECT_EQ(warning("VIEW= -vtc\n").substr(0, 42), "its VIEW is a cylindrical panorama (-vtc):");
-  EXPECT_EQ(warning("VIEW= -vp 1 2 3\n").substr(0, 33), "its VIEW is a perspective (-vtv):");
+            "its VIEW is an angular fisheye (-vta), but it is read as longitude and latitude; "
+            "convert it to these first");
+  EXPECT_EQ(warning("VIEW= -vtc\n").substr(0, 42), "its VIEW is a cylindrical panorama (-vtc),");
+  EXPECT_EQ(warning("VIEW= -vp 1 2 3\n").substr(0, 33), "its VIEW is a perspective (-vtv),");
   EXPECT_EQ(warning("VIEW= -vth\nVIEW= -vp 1 2 3\n").substr(0, 43),
-            "its VIEW is a hemispherical fisheye (-vth):");
-  EXPECT_EQ(warning("VIEW= -vtx\n").substr(0, 38), "its VIEW is of an unknown type (-vtx):");
+            "its VIEW is a hemispherical fisheye (-vth),");
+  EXPECT_EQ(warning("VIEW= -vtx\n").substr(0, 38), "its VIEW is of an unknown type (-vtx),");
   EXPECT_TRUE(read("\tVIEW= -vta\n").warnings.empty());
   EXPECT_EQ(warning("PIXASPECT=4\nPIXASPECT=0.5\n").substr(0, 34),
             "its PIXASPECT of 2 is not applied:");
@@ -384,17 +385,17 @@ TEST_F(ImageFile, radiance_has_primaries_and_pictures_in_xyz) {
 }
 
 TEST_F(ImageFile, radiance_packs_rows_in_two_ways) {
-  // Of today: each byte of the pixels by itself. 8 pixels: red 0x80 and 0x40, half and half.
+  // The new format encodes each component separately. Of 8 pixels, 4 have red 0x80, 4 have 0x40.
   std::string row("\2\2\0\x08", 4);
   row += std::string("\x84\x80\x84\x40", 4);        // red: two runs of 4
   row += std::string("\x88\x40", 2);                // green: a run of 8
-  row += std::string("\x08\1\2\3\4\5\6\7\x08", 9);  // blue: 8 as they are
+  row += std::string("\x08\1\2\3\4\5\6\7\x08", 9);  // blue: 8 literal bytes
   row += std::string("\x88\x81", 2);                // exponent
-  const auto today = load(radiance_file("", "-Y 1 +X 8", row), "sky.hdr");
+  const auto modern = load(radiance_file("", "-Y 1 +X 8", row), "sky.hdr");
   for (std::size_t x = 0; x < 8; ++x)
-    expect_color(today.image->texels()[x], x < 4 ? 1.0f : 0.5f, 0.5f,
+    expect_color(modern.image->texels()[x], x < 4 ? 1.0f : 0.5f, 0.5f,
                  static_cast<float>(x + 1) / 128);
-  // Of old: a pixel 1, 1, 1, n repeats the last one n times.
+  // In the old format a pixel (1, 1, 1, n) repeats the last one n times.
   const auto old =
       load(radiance_file("", "-Y 1 +X 8",
                          std::string("\x80\x80\x80\x81\1\1\1\5", 8)
@@ -409,9 +410,9 @@ TEST_F(ImageFile, radiance_packs_rows_in_two_ways) {
 
 #if TYNDALL_OPENIMAGEIO
 
-TEST_F(ImageFile, the_orientation_of_tiff_and_jpeg_is_honoured) {
+TEST_F(ImageFile, the_orientation_of_tiff_and_jpeg_is_applied) {
   const std::vector<float> rgb{1, 1, 1, 2, 2, 2, 3, 3, 3, 4, 4, 4, 5, 5, 5, 6, 6, 6};
-  // TIFF 6.0: where the first row and the first column are.
+  // TIFF 6.0: the sides of the first row and the first column.
   const std::vector<std::vector<int>> upright{
       {1, 2, 3, 4, 5, 6}, {3, 2, 1, 6, 5, 4}, {6, 5, 4, 3, 2, 1}, {4, 5, 6, 1, 2, 3},
       {1, 4, 2, 5, 3, 6}, {4, 1, 5, 2, 6, 3}, {6, 3, 5, 2, 4, 1}, {3, 6, 2, 5, 1, 4}};
@@ -434,7 +435,7 @@ TEST_F(ImageFile, the_orientation_of_tiff_and_jpeg_is_honoured) {
   EXPECT_LT(turned.image->texels()[0].x, 0.1f);
 }
 
-TEST_F(ImageFile, floats_of_pfm_are_mended_too) {
+TEST_F(ImageFile, invalid_floats_of_pfm_are_replaced_too) {
   const auto loaded = load(pfm_file(2, 1, {1, infinity, 70000, nan, 0, -1}), "sky.pfm");
   expect_color(loaded.image->texels()[0], 1, 70000, 70000);
   expect_color(loaded.image->texels()[1], 0, 0, 0);

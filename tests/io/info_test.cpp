@@ -14,7 +14,7 @@ namespace {
 
 Json object(const std::string& path) { return Json::parse(info(path, true).text); }
 
-TEST(Info, tells_what_a_grid_is_and_how_a_scene_uses_it) {
+TEST(Info, describes_a_grid_and_a_component_that_uses_it) {
   TYNDALL_NEEDS_VOLUMES();
   const Json uniform = object(test::volume_path("uniform.vdb"));
   ASSERT_EQ(uniform["grids"].size(), 1u);
@@ -42,7 +42,7 @@ TEST(Info, tells_what_a_grid_is_and_how_a_scene_uses_it) {
   EXPECT_NE(transform("sheared.vdb").find("sheared"), std::string::npos);
 }
 
-TEST(Info, goes_on_after_grids_that_are_of_no_use) {
+TEST(Info, continues_after_unusable_grids) {
   TYNDALL_NEEDS_VOLUMES();
   const Json same = object(test::volume_path("same_name.vdb"));
   ASSERT_EQ(same["grids"].size(), 2u);
@@ -60,7 +60,7 @@ TEST(Info, goes_on_after_grids_that_are_of_no_use) {
   EXPECT_EQ(object(test::volume_path("ball_fp4.nvdb"))["grids"][0]["type"], "fp4");
 }
 
-TEST(Info, tells_what_the_maker_of_a_file_wrote) {
+TEST(Info, shows_the_metadata_of_the_author) {
   TYNDALL_NEEDS_VOLUMES();
   const std::string path = std::filesystem::temp_directory_path()
                            / ("tyndall-info-" + std::to_string(::getpid()) + ".vdb");
@@ -69,13 +69,13 @@ TEST(Info, tells_what_the_maker_of_a_file_wrote) {
   const std::string long_text(1000, 'x');
   std::ofstream(path, std::ios::binary) << encode_grids(
       path, false, {grid}, {{"creator", "a\x1b[31m test"}, {"long", long_text}}, false);
-  const Json told = object(path);
+  const Json shown = object(path);
   const std::string lines = info(path, false).text;
   std::filesystem::remove(path);
-  EXPECT_EQ(told["metadata"]["creator"], "a [31m test") << "what a terminal would obey";
-  EXPECT_EQ(told["metadata"]["long"], std::string(200, 'x') + "...");
-  EXPECT_EQ(told["metadata"].size(), 2u) << told;
-  EXPECT_FALSE(told["grids"][0].contains("metadata")) << "said already";
+  EXPECT_EQ(shown["metadata"]["creator"], "a [31m test") << "no terminal escapes";
+  EXPECT_EQ(shown["metadata"]["long"], std::string(200, 'x') + "...");
+  EXPECT_EQ(shown["metadata"].size(), 2u) << shown;
+  EXPECT_FALSE(shown["grids"][0].contains("metadata")) << "already listed for the file";
   EXPECT_NE(lines.find("creator"), std::string::npos) << lines;
 }
 
@@ -90,7 +90,7 @@ TEST(Info, lines_have_the_keys_of_the_json) {
       << lines;
 }
 
-TEST(Info, knows_scenes_and_refuses_what_it_does_not_know) {
+TEST(Info, describes_scenes_and_refuses_unknown_files) {
   const std::string path = std::filesystem::temp_directory_path()
                            / ("tyndall-info-" + std::to_string(::getpid()) + ".json");
   std::ofstream(path) << R"({"tyndall": 1, "medium": {"components": [

@@ -1,5 +1,5 @@
 /// \file
-/// Lights in scene files, and the images that some of them read.
+/// Lights in scene files, and the images of environments.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -47,7 +47,7 @@ class LightsJson : public testing::Test {
   L one(const std::string& light) const {
     return std::get<L>(read(light).scene->lights.at(0));
   }
-  /// \return exit code and message, from the key on.
+  /// \return the exit code and the message from its key on.
   std::string failure(const std::string& light) const {
     try {
       read(light);
@@ -62,7 +62,7 @@ class LightsJson : public testing::Test {
   fs::path folder_;
 };
 
-TEST_F(LightsJson, have_the_values_that_are_written) {
+TEST_F(LightsJson, have_the_values_of_the_file) {
   const auto spot = one<SpotLight>(
       R"({"type": "spot", "position": [1, 2, 3], "direction": [0, 0, 1], "angle": 40, "edge": 0.5,
           "intensity": [1, 2, 3], "group": "key"})");
@@ -97,7 +97,7 @@ TEST_F(LightsJson, powers_become_intensities_and_radiances) {
   const auto spot = one<SpotLight>(
       R"({"type": "spot", "power": [3, 6, 9], "angle": 90, "position": [0, 0, 0],
           "direction": [0, 0, 1]})");
-  // edge 0.2: the mean of the cosines at 36 and 45 degrees
+  // The default edge is 0.2: the mean of the cosines at 36 and 45 degrees counts.
   const double solid_angle = 2 * M_PI * (1 - 0.5 * (std::cos(M_PI / 5) + std::cos(M_PI / 4)));
   EXPECT_NEAR(spot.intensity.y, 6 / solid_angle, 1e-5);
   const auto rectangle = one<RectangleLight>(
@@ -161,11 +161,11 @@ TEST_F(LightsJson, every_value_is_in_the_hash) {
 
 // ---- Images
 
-#if TYNDALL_OPENEXR || TYNDALL_OPENIMAGEIO  // there is a helper
+#if TYNDALL_OPENEXR || TYNDALL_OPENIMAGEIO  // the build has the helper
 
 constexpr const char* sky = R"({"type": "environment", "image": "sky.hdr", "rotation": 90})";
 
-/// A Radiance file of 2 x 2 pixels, bytes r, g, b, e each: r 2^(e - 136).
+/// \return a Radiance file of 2 x 2 pixels with bytes r, g, b, e; the value of r is r 2^(e - 136).
 std::string radiance_file(const std::string& pixels) {
   return test::radiance_file("FORMAT=32-bit_rle_rgbe\n", "-Y 2 +X 2", pixels);
 }
@@ -185,7 +185,7 @@ TEST_F(LightsJson, images_are_read_from_the_top_left) {
   EXPECT_EQ(light.image->width(), 2);
   EXPECT_EQ(light.image->height(), 2);
   const std::vector<Vec3f>& t = light.image->texels();
-  EXPECT_NEAR(t[0].x, 1, 0.01);  // to the last of eight bits
+  EXPECT_NEAR(t[0].x, 1, 0.01);  // 8-bit mantissa
   EXPECT_NEAR(t[0].y, 0.5, 0.01);
   EXPECT_NEAR(t[0].z, 0.25, 0.01);
   EXPECT_EQ(t[1].x, 0);
@@ -207,7 +207,7 @@ TEST_F(LightsJson, images_count_by_their_contents_in_the_hash) {
 }
 
 #if TYNDALL_OPENIMAGEIO && TYNDALL_ZLIB
-TEST_F(LightsJson, images_of_bytes_are_taken_off_the_srgb_curve) {
+TEST_F(LightsJson, the_srgb_curve_of_8_bit_images_is_inverted) {
   Picture picture;
   picture.width = 3;
   picture.height = 1;
@@ -240,7 +240,7 @@ TEST_F(LightsJson, damaged_images_are_missing_inputs) {
   }
 }
 
-TEST_F(LightsJson, black_images_shine_nowhere) {
+TEST_F(LightsJson, black_images_emit_nothing) {
   write("sky.hdr", radiance_file(std::string(16, '\0')));
   EXPECT_NE(failure(sky).find("nothing shines"), std::string::npos);
 }

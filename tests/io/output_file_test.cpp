@@ -25,7 +25,7 @@ std::string contents(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// The exit code and the text of the error that `action` throws.
+/// \return the exit code and the message of the error that `action` throws.
 template <class Action>
 std::pair<ExitCode, std::string> error_of(Action&& action) {
   try {
@@ -52,7 +52,7 @@ class OutputFileTest : public testing::Test {
   void put(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name) << text;
   }
-  /// Opening `path` fails, says `reason`, and leaves nothing behind.
+  /// Expects that opening `path` fails with `reason` and leaves no file behind.
   void expect_refused(const std::string& path, const std::string& reason) const {
     const std::size_t before = files();
     const auto [code, message] = error_of([&] { OutputFile file(path); });
@@ -76,7 +76,7 @@ TEST_F(OutputFileTest, ReplacesTheTargetAtCommitAndNotBefore) {
   EXPECT_EQ(files(), 1u);
 }
 
-TEST_F(OutputFileTest, LeavesTheOldFileWhereItIsAbandoned) {
+TEST_F(OutputFileTest, KeepsTheOldFileIfAbandoned) {
   put("a", "old");
   {
     OutputFile file(folder_ / "a");
@@ -118,7 +118,7 @@ TEST_F(OutputFileTest, FollowsLinksAndKeepsThem) {
   EXPECT_EQ(contents(folder_ / "real/new"), "written");
 }
 
-TEST_F(OutputFileTest, FindsOutAtOnceWhatCannotBeWritten) {
+TEST_F(OutputFileTest, FailsAtOnceIfItCannotBeWritten) {
   expect_refused(folder_ / "missing" / "a", "does not exist");
   expect_refused(folder_, "it is a folder");
   expect_refused((folder_ / "new").string() + "/", "names a folder");
@@ -132,7 +132,7 @@ TEST_F(OutputFileTest, FindsOutAtOnceWhatCannotBeWritten) {
 }
 
 TEST_F(OutputFileTest, RespectsReadOnlyFilesAndFolders) {
-  if (::geteuid() == 0) GTEST_SKIP() << "root may write everything";
+  if (::geteuid() == 0) GTEST_SKIP() << "root ignores permissions";
   put("a", "old");
   fs::permissions(folder_ / "a", fs::perms{0444});
   expect_refused(folder_ / "a", "Permission denied");
@@ -154,7 +154,7 @@ TEST_F(OutputFileTest, WritesDevicesDirectly) {
   EXPECT_NE(message.find("No space left"), std::string::npos) << message;
 }
 
-TEST_F(OutputFileTest, FailsWhereTheFileGetsTooLarge) {
+TEST_F(OutputFileTest, FailsIfTheFileGetsTooLarge) {
   put("a", "old");
   struct rlimit old {};
   ::getrlimit(RLIMIT_FSIZE, &old);
@@ -164,7 +164,7 @@ TEST_F(OutputFileTest, FailsWhereTheFileGetsTooLarge) {
   ::setrlimit(RLIMIT_FSIZE, &small);
   const auto [code, message] = error_of([&] {
     OutputFile file(folder_ / "a");
-    file.write(std::string(5000, 'x'));  // a short write of 1000 bytes first
+    file.write(std::string(5000, 'x'));  // begins with a short write of 1000 bytes
     file.commit();
   });
   ::setrlimit(RLIMIT_FSIZE, &old);
@@ -185,7 +185,7 @@ TEST_F(OutputFileTest, RemovesTheTemporariesOfAllOpenOutputs) {
   EXPECT_TRUE(fs::exists(folder_ / "c"));
 }
 
-TEST_F(OutputFileTest, TakesAwayWhatKilledProcessesLeft) {
+TEST_F(OutputFileTest, RemovesTemporariesOfKilledProcesses) {
   const auto age = [&](const std::string& name) {
     put(name, "half");
     fs::last_write_time(folder_ / name, fs::file_time_type::clock::now() - std::chrono::minutes(2));

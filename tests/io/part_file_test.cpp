@@ -1,5 +1,5 @@
 /// \file
-/// Parts in files come back as they were, or are refused: nothing in between.
+/// A part is read from a file exactly as it was written, or it is refused.
 #if TYNDALL_ZSTD
 #include "io/part_file.h"
 
@@ -32,7 +32,7 @@ class PartFile : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
 
-  /// A render left in the midst of its samples: everything that a part may hold.
+  /// \return a render interrupted during its samples, which has all that a part can hold.
   Partial checkpoint() const {
     Scene scene = coloured();
     scene.photons = 300;
@@ -66,7 +66,7 @@ class PartFile : public testing::Test {
   fs::path folder_;
 };
 
-/// \return what is said of the bytes; nothing where they are taken.
+/// \return the error of reading the bytes, empty if they are accepted.
 std::string refusal(const std::string& bytes, std::uint64_t most = much,
                     ExitCode code = ExitCode::input_missing) {
   try {
@@ -79,7 +79,7 @@ std::string refusal(const std::string& bytes, std::uint64_t most = much,
   }
 }
 
-TEST_F(PartFile, of_a_render_that_was_left_at_once_is_whole) {
+TEST_F(PartFile, of_a_render_interrupted_at_once_is_whole) {
   const Scene scene = quick();
   RenderOptions options;
   std::atomic<bool> has_bounds = false;  // then comes a signal, sooner than the first cell
@@ -112,9 +112,9 @@ TEST_F(PartFile, with_any_byte_changed_is_refused_and_names_the_chunk) {
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     for (const char flip : {'\x01', '\x80'}) {
       bytes[i] = static_cast<char>(bytes[i] ^ flip);
-      const std::string said = refusal(bytes);
-      ASSERT_NE(said, "") << "byte " << i;
-      ASSERT_EQ(said.find("chunk ") != std::string::npos, i >= 12) << said;
+      const std::string message = refusal(bytes);
+      ASSERT_NE(message, "") << "byte " << i;
+      ASSERT_EQ(message.find("chunk ") != std::string::npos, i >= 12) << message;
       bytes[i] = static_cast<char>(bytes[i] ^ flip);
     }
   }
@@ -128,13 +128,13 @@ TEST_F(PartFile, of_any_length_but_its_own_is_refused) {
   EXPECT_NE(refusal(bytes + '\0').find("bytes follow the end"), std::string::npos);
 }
 
-TEST_F(PartFile, of_another_version_says_so) {
+TEST_F(PartFile, of_another_version_is_refused) {
   std::string bytes = write(checkpoint());
   bytes[8] = 77;
   EXPECT_NE(refusal(bytes).find("version 77, this program reads 3"), std::string::npos);
 }
 
-TEST_F(PartFile, that_needs_more_memory_than_there_is_says_so) {
+TEST_F(PartFile, that_needs_too_much_memory_is_refused) {
   EXPECT_NE(refusal(write(checkpoint()), 1000, ExitCode::out_of_memory).find("more memory"),
             std::string::npos);
 }

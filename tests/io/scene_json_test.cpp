@@ -56,7 +56,7 @@ class SceneJson : public testing::Test {
     return *file.scene;
   }
 
-  /// \return exit code and messages, with the scene's folder left out.
+  /// \return the exit code and the messages without the scene's folder.
   std::string failure(const std::string& text, const Overrides& overrides = {}) {
     try {
       read(text, overrides);
@@ -108,7 +108,7 @@ TEST_F(SceneJson, ToleratesAByteOrderMark) {
             "3 scene.json:1:2: unexpected ']'; expected string in double quotes");
 }
 
-TEST_F(SceneJson, SaysWhatTextOfTwoBytesACharacterIs) {
+TEST_F(SceneJson, NamesWideEncodings) {
   const std::string text = "{\"tyndall\": 1}";
   const std::string said = "3 scene.json:1:1: text in UTF-16 or UTF-32: save it as UTF-8";
   std::string little, big;
@@ -209,14 +209,14 @@ TEST_F(SceneJson, GridsComeInlineOrFromAFile) {
             "3 medium.components[0].field: missing \"values\" or \"file\"");
 }
 
-TEST_F(SceneJson, AMissingFileBesideAnotherErrorIsAWrongScene) {
+TEST_F(SceneJson, AMissingFileBesideAnotherErrorIsAnInvalidScene) {
   const std::string grid =
       R"(medium.components[0].field={"type": "grid", "size": [2, 1, 2], "file": "x.raw"})";
   EXPECT_EQ(failure(cloud, {grid}).substr(0, 2), "4 ");
   EXPECT_EQ(failure(cloud, {grid, "camera.fov=0"}).substr(0, 2), "3 ");
 }
 
-TEST_F(SceneJson, MatterWhoseHeatIsMissingMightHaveShone) {
+TEST_F(SceneJson, AnEmissionWithAMissingFileCountsAsLight) {
   const std::string message = failure(R"({"tyndall": 1, "medium": {"components": [
     {"field": {"type": "sphere", "radius": 0.4}, "extinction": 1,
      "emission": {"type": "blackbody", "temperature": {"type": "grid", "size": [2, 2, 2], "file": "heat.raw"}}}]}})");
@@ -225,14 +225,14 @@ TEST_F(SceneJson, MatterWhoseHeatIsMissingMightHaveShone) {
   EXPECT_EQ(message.substr(0, 2), "4 ") << message;
 }
 
-TEST_F(SceneJson, TellsWhereTheErrorIs) {
+TEST_F(SceneJson, ReportsThePlaceOfAnError) {
   EXPECT_EQ(failure(R"({"tyndall": 1,
   "medium": {"components": [{"field": {"type": "sphere"}, "extinction": 1}]},
   /* ä */ "camera": {"fov": "wide"},
   "background": 1
 })"),
             "3 scene.json:3:29: camera.fov: expected degrees in (0, 180), got \"wide\"");
-  // What check() finds is found at its value too.
+  // Errors of check() have the place of their value, too.
   EXPECT_EQ(failure(R"({"tyndall": 1,
   "medium": {"components": [{"field": {"type": "sphere"}, "extinction": 1}]}, "background": 1,
   "camera": {"position": [1, 2, 3],
@@ -242,7 +242,7 @@ TEST_F(SceneJson, TellsWhereTheErrorIs) {
             "look in");
 }
 
-TEST_F(SceneJson, TellsAllErrorsInOneRunInTheirOrder) {
+TEST_F(SceneJson, ReportsAllErrorsInTheirOrder) {
   EXPECT_EQ(failure(R"({"tyndall": 1, "lihgts": [],
   "medium": {"components": [
     {"field": {"type": "spere"}, "extinction": -1},
@@ -268,7 +268,7 @@ scene.json:7:11: seed: expected an integer below 2^64, at least 0, got null
 -D gather.sample=3: gather.sample: unknown key; did you mean "samples"?)");
 }
 
-TEST_F(SceneJson, RefusesWhatIsNoJson) {
+TEST_F(SceneJson, RefusesInvalidJson) {
   const auto reason = [&](const std::string& text) {
     return failure(text).substr(std::strlen("3 scene.json:"));
   };
@@ -366,7 +366,7 @@ constexpr bool has_volume_reader = true;
 constexpr bool has_volume_reader = false;
 #endif
 
-TEST_F(SceneJson, TheShippedScenesAreValidAndSayWhatTheyShow) {
+TEST_F(SceneJson, TheShippedScenesAreValidAndBeginWithAComment) {
   int scenes = 0;
   for (const fs::directory_entry& entry : fs::directory_iterator(source_folder() / "scenes")) {
     if (entry.path().extension() != ".json") continue;
@@ -520,10 +520,10 @@ TEST_F(SceneJson, SchemaAndDefaultsNameTheSameKeys) {
   const auto& perspective = parsed["properties"]["camera"]["oneOf"][0];
   EXPECT_EQ(perspective["properties"]["fov"]["exclusiveMaximum"], 180);
   EXPECT_EQ(perspective["properties"]["crop"]["default"], (std::vector{0, 0, 0, 0}));
-  EXPECT_FALSE(perspective.contains("required"));  // not even a type
+  EXPECT_FALSE(perspective.contains("required"));  // the type is optional, too
 }
 
-TEST_F(SceneJson, TheGatherMayHaveASeedOfItsOwn) {
+TEST_F(SceneJson, TheGatherMayHaveItsOwnSeed) {
   EXPECT_FALSE(read(cloud).gather_seed);
   EXPECT_FALSE(read(cloud, {"gather.seed=null"}).gather_seed);
   const Scene other = read(cloud, {"gather.seed=0"}), plain = read(cloud);
@@ -585,7 +585,7 @@ TEST_F(SceneJson, SurvivesDamagedText) {
         << text;
     EXPECT_EQ(result.find('\0'), result.npos);
   }
-  EXPECT_GT(accepted, 20);  // damaged comments, other numbers
+  EXPECT_GT(accepted, 20);  // damage in comments, or valid numbers
   EXPECT_LT(accepted, 1500);
 }
 

@@ -1,6 +1,6 @@
 /// \file
-/// Every file of the folder of real and broken volumes does what its README says. The folder is no
-/// part of the project: without it the test is skipped.
+/// Every file in the folder of sound and broken volumes behaves as its README describes. The folder
+/// is not part of the project; without it the tests are skipped.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -25,8 +25,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What must become of a file: a picture, the picture of ok_ball, or an error with these words. A
-/// warning where `warning` has words.
+/// The expected result of a file: a picture, the picture of ok_ball, or an error that contains
+/// `error`. A warning that contains `warning`, if that is not empty.
 struct Expected {
   std::string error = {}, warning = {};
   bool as_ok_ball = false;
@@ -90,7 +90,7 @@ const std::map<std::string, Expected> files = {
     {"edge/corrupt_blosc_block.vdb", error("damaged")},
     {"edge/corrupt_huge_alloc.vdb", error("damaged")},
     {"edge/corrupt_zip_block.vdb", error("damaged")},
-    {"edge/grid_count_4billion.vdb", error("damaged: it says that it has 4294967295 grids")},
+    {"edge/grid_count_4billion.vdb", error("damaged: its header claims 4294967295 grids")},
     {"edge/future_version_999.vdb", error("VDB version 999")},
     {"vdb/smoke_houdini_v222_half.vdb", fine},
     {"vdb/dragon_fog_affine_tiles.vdb", fine},
@@ -134,7 +134,7 @@ std::string field_of(const fs::path& file) {
   return R"({"type": "vdb", "fit": "unit_cube", "file": ")" + file.string() + "\"}";
 }
 
-TEST(SharedData, every_file_does_what_its_readme_says) {
+TEST(SharedData, every_file_behaves_as_its_readme_describes) {
   TYNDALL_NEEDS_SHARED_DATA();
   std::uint64_t ball = 0;
   int seen = 0;
@@ -142,7 +142,7 @@ TEST(SharedData, every_file_does_what_its_readme_says) {
   for (const char* folder : {"edge", "vdb", "nvdb"})
     for (const auto& entry : fs::directory_iterator(shared_data() / folder))
       names.push_back(std::string(folder) + "/" + entry.path().filename().string());
-  // The ball first: others are compared with it.
+  // The ball comes first, because other files are compared with it.
   std::sort(names.begin(), names.end(), [](const std::string& a, const std::string& b) {
     return std::pair(a != "edge/ok_ball.vdb", a) < std::pair(b != "edge/ok_ball.vdb", b);
   });
@@ -218,8 +218,8 @@ TEST(SharedData, figures_of_the_readme) {
   EXPECT_NEAR(sum, 2652.83, 0.01);
 }
 
-// Its header is another one than today's.
-TEST(SharedData, an_old_file_that_was_cut_is_known_by_its_offsets) {
+// The header of version 220 differs from the current one.
+TEST(SharedData, truncation_of_an_old_file_is_found_by_its_offsets) {
   TYNDALL_NEEDS_SHARED_DATA();
   const fs::path whole = shared_data() / "edge/old_v220_zip.vdb",
                  cut = fs::temp_directory_path()
@@ -237,7 +237,7 @@ TEST(SharedData, an_old_file_that_was_cut_is_known_by_its_offsets) {
   EXPECT_NE(message.find("damaged: its end is missing"), std::string::npos) << message;
 }
 
-TEST(SharedData, a_mesh_becomes_a_body) {
+TEST(SharedData, a_mesh_becomes_a_solid) {
   TYNDALL_NEEDS_SHARED_DATA();
   const LoadedVolume spot = load_mesh((shared_data() / "mesh/spot.obj").string(), 128);
   EXPECT_FALSE(spot.is_open);

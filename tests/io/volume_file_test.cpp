@@ -27,7 +27,7 @@ namespace fs = std::filesystem;
 using test::load;
 using test::volume_path;
 
-/// The message of the error that reading a file gives; "read" where there is none.
+/// \return the error message of reading a file, "read" if there is none.
 std::string failure(const std::string& path, const std::optional<std::string>& grid = {}) {
   try {
     load_volume(path, "density", grid);
@@ -38,13 +38,13 @@ std::string failure(const std::string& path, const std::optional<std::string>& g
   return "read";
 }
 
-/// Density of the ball of radius 10 at a voxel of its own index space.
+/// \return the density of the ball of radius 10 at a voxel in its index space.
 float ball_at(int i, int j, int k) {
   const double r = std::sqrt(static_cast<double>(i * i + j * j + k * k)) / 10;
   return r < 1 ? static_cast<float>(1 - r) : 0.0f;
 }
 
-/// The largest difference of a volume's voxels from the ball about `center`.
+/// \return the largest difference of a volume's voxels from the ball about `center`.
 double difference_from_ball(const Volume& volume, glm::ivec3 center = glm::ivec3(0)) {
   const SparseGrid grid = volume.view();
   TreeNodes nodes;
@@ -80,7 +80,7 @@ TEST(VolumeFile, reads_the_same_ball_from_every_encoding) {
   EXPECT_NE(load("ball.vdb").volume->hash(), load("ball_half.vdb").volume->hash());
 }
 
-TEST(VolumeFile, honours_transforms) {
+TEST(VolumeFile, applies_transforms) {
   TYNDALL_NEEDS_VOLUMES();
   const auto place = [](const char* file, glm::dvec3 voxel) {
     return glm::dvec3(load(file).volume->to_world() * glm::dvec4(voxel, 1));
@@ -103,10 +103,10 @@ TEST(VolumeFile, voxels_lie_at_integers) {
   const LoadedVolume ramp = load("ramp.vdb");
   const SparseGrid grid = ramp.volume->view();
   for (float x = 0; x <= 19; x += 0.125f) EXPECT_FLOAT_EQ(grid.density({x, 1.5f, 2}), x);
-  EXPECT_FLOAT_EQ(grid.density({19.5f, 1, 1}), 9.5f);  // between the last voxel and nothing
+  EXPECT_FLOAT_EQ(grid.density({19.5f, 1, 1}), 9.5f);  // between the last voxel and the background
 }
 
-TEST(VolumeFile, takes_tiles_backgrounds_and_far_voxels_as_they_are) {
+TEST(VolumeFile, keeps_tiles_backgrounds_and_far_voxels) {
   TYNDALL_NEEDS_VOLUMES();
   TreeNodes nodes;
   const LoadedVolume tiles = load("tiles.vdb");
@@ -125,10 +125,10 @@ TEST(VolumeFile, takes_tiles_backgrounds_and_far_voxels_as_they_are) {
   EXPECT_LT(apart.volume->size(), 2000000u);
 }
 
-TEST(VolumeFile, warns_of_strange_values_with_their_number) {
+TEST(VolumeFile, warns_about_invalid_values_with_their_number) {
   TYNDALL_NEEDS_VOLUMES();
   TreeNodes nodes;
-  // One voxel is -1e6, which makes no infinity 1e6.
+  // One voxel is -1e6, which must not affect the value that replaces positive infinity.
   for (const char* file : {"strange_values.vdb", "strange_values.nvdb"}) {
     SCOPED_TRACE(file);
     const LoadedVolume strange = load(file);
@@ -159,7 +159,7 @@ TEST(VolumeFile, warns_of_strange_values_with_their_number) {
       << negative.warnings[0];
   EXPECT_EQ(negative.volume->view().density({5, 0, 0}), 0.0f);
   const LoadedVolume colors = load("strange_colors.vdb", "Cd");
-  ASSERT_EQ(colors.warnings.size(), 2u);  // voxels are counted, not channels
+  ASSERT_EQ(colors.warnings.size(), 2u);  // these count voxels, not channels
   EXPECT_EQ(colors.warnings[0],
             "1 of 3 active voxels are no numbers (NaN): taken as 0 (the first: index 0, 0, 0)");
   EXPECT_EQ(colors.warnings[1], "2 of 3 active voxels are negative, down to -2: taken as black");
@@ -180,7 +180,7 @@ TEST(VolumeFile, warns_of_strange_values_with_their_number) {
   EXPECT_EQ(infinite.volume->background(), 0.0f);
 }
 
-TEST(VolumeFile, errors_come_after_what_was_made_of_infinite_voxels) {
+TEST(VolumeFile, errors_follow_the_warnings_about_infinite_voxels) {
   TYNDALL_NEEDS_VOLUMES();
   const std::string scene = R"({"tyndall": 1,
  "medium": {"components": [{"extinction": 10, "field": {"type": "vdb", "file": "huge_tile.vdb"}}]},
@@ -200,7 +200,7 @@ TEST(VolumeFile, errors_come_after_what_was_made_of_infinite_voxels) {
   }
 }
 
-TEST(VolumeFile, level_sets_are_solid_whatever_their_background) {
+TEST(VolumeFile, level_sets_are_solid_for_any_background) {
   TYNDALL_NEEDS_VOLUMES();
   for (const auto& [file, grid] :
        {std::pair("level_set.vdb", "surface"), {"level_set_without_background.vdb", "density"}}) {
@@ -216,7 +216,7 @@ TEST(VolumeFile, level_sets_are_solid_whatever_their_background) {
   }
 }
 
-TEST(VolumeFile, says_which_grids_there_are_and_what_to_write) {
+TEST(VolumeFile, errors_list_the_grids_and_a_remedy) {
   TYNDALL_NEEDS_VOLUMES();
   const auto ends = [](const std::string& name, const std::string& end,
                        const std::optional<std::string>& grid = {}) {
@@ -269,7 +269,7 @@ TEST(VolumeFile, lists_grids) {
   EXPECT_EQ(list_grids(volume_path("ball_fp8.nvdb")).grids[0].type, "fp8");
 }
 
-// ---- What is no volume, or was one
+// ---- Damaged files, and files of other formats
 
 class Scratch {
  public:
@@ -294,7 +294,7 @@ std::string contents(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-TEST(VolumeFile, says_what_a_file_is_that_is_no_volume) {
+TEST(VolumeFile, names_the_format_of_other_files) {
   TYNDALL_NEEDS_VOLUMES();
   const Scratch vdb("odd.vdb"), nvdb("odd.nvdb");
   const auto says = [&](const Scratch& scratch, const std::string& bytes, const char* what) {
@@ -315,7 +315,7 @@ TEST(VolumeFile, says_what_a_file_is_that_is_no_volume) {
   EXPECT_NE(failure(fs::temp_directory_path().string()).find("is a folder"), std::string::npos);
 }
 
-TEST(VolumeFile, says_what_a_file_holds_that_is_unknown_here) {
+TEST(VolumeFile, names_unknown_grid_types) {
   TYNDALL_NEEDS_VOLUMES();
   const Scratch scratch("unknown.vdb");
   std::string bytes = contents(volume_path("ball.vdb"));
@@ -335,8 +335,8 @@ bool has_children() {
   return static_cast<bool>(file >> child);
 }
 
-// Cut at any length, and with any one bit flipped, a file gives a volume or an error that names it:
-// no crash, no child and no open file is left behind.
+// A file that is truncated or has one bit flipped gives a volume or an error that names the file.
+// It causes no crash, and leaves no child process and no open file behind.
 TEST(VolumeFile, survives_damage) {
   TYNDALL_NEEDS_VOLUMES();
   for (const char* name : {"ball.vdb", "ball_uncompressed.vdb", "ball.nvdb", "ball_zip.nvdb",
@@ -376,7 +376,7 @@ TEST(VolumeFile, is_read_by_many_threads_at_once) {
 
 // ---- Meshes
 
-/// The unit cube of 12 triangles (or without its lid).
+/// \return the unit cube; without one of its faces if it is not `closed`.
 std::string cube(bool closed) {
   std::string text;
   for (int corner = 0; corner < 8; ++corner)
@@ -386,7 +386,7 @@ std::string cube(bool closed) {
   return text + (closed ? "f 2/1/1 4/2/1 -1//1 6\n" : "");
 }
 
-TEST(Mesh, is_filled_where_it_is_closed_and_a_shell_where_it_is_open) {
+TEST(Mesh, is_filled_if_closed_and_a_shell_if_open) {
   TYNDALL_NEEDS_VOLUMES();
   const Scratch scratch("cube.obj");
   for (const bool closed : {true, false}) {
@@ -408,7 +408,7 @@ TEST(Mesh, is_filled_where_it_is_closed_and_a_shell_where_it_is_open) {
   }
 }
 
-TEST(Mesh, is_closed_where_faces_share_places_though_not_vertices) {
+TEST(Mesh, is_closed_if_vertices_of_faces_coincide) {
   TYNDALL_NEEDS_VOLUMES();
   const char* corners[] = {"v 0 0 0\n", "v 1 0 0\n", "v 0 1 0\n", "v 0 0 1\n"};
   const int faces[4][3] = {{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}};
@@ -420,7 +420,7 @@ TEST(Mesh, is_closed_where_faces_share_places_though_not_vertices) {
   EXPECT_FALSE(load_mesh(Scratch("soup.obj").fill(text), 16).is_open);
 }
 
-TEST(Mesh, goes_on_in_the_next_line_after_a_backslash) {
+TEST(Mesh, a_backslash_joins_the_next_line) {
   TYNDALL_NEEDS_VOLUMES();
   const Scratch plain("plain.obj"), broken("broken.obj");
   std::string text;
@@ -431,7 +431,7 @@ TEST(Mesh, goes_on_in_the_next_line_after_a_backslash) {
     else
       text += std::array{" ", " \\\n", "\\\r\n "}[static_cast<std::size_t>(blanks++ % 3)];
   }
-  const std::string comment = "# C:\\meshes\\\n";  // is no part of the next line
+  const std::string comment = "# C:\\meshes\\\n";  // not joined with the next line
   const LoadedVolume joined = load_mesh(broken.fill(comment + text), 16);
   EXPECT_FALSE(joined.is_open);
   EXPECT_EQ(joined.volume->hash(), load_mesh(plain.fill(cube(true)), 16).volume->hash());
@@ -443,8 +443,8 @@ TEST(Mesh, goes_on_in_the_next_line_after_a_backslash) {
   }
 }
 
-/// A box of 12 triangles between two corners, each given by three numbers, turned inside out or
-/// not; `first` is the number of its first vertex.
+/// \return a box between two corners. \param turned inside out \param first number of its first
+/// vertex
 std::string box(glm::dvec3 low, glm::dvec3 high, bool turned = false, int first = 1,
                 const glm::dmat3& rotation = glm::dmat3(1)) {
   std::ostringstream text;
@@ -465,7 +465,7 @@ std::string box(glm::dvec3 low, glm::dvec3 high, bool turned = false, int first 
   return text.str();
 }
 
-/// The volume of a mesh's grid: of the voxels whose middles are inside, or of their shares.
+/// \return the volume of a mesh's grid: of the voxels with centres inside, or the sum of fractions.
 double volume_of(const LoadedVolume& loaded) {
   const Volume& v = *loaded.volume;
   const SparseGrid grid = v.view();
@@ -480,7 +480,7 @@ double volume_of(const LoadedVolume& loaded) {
   return sum * std::abs(glm::determinant(glm::dmat3(v.to_world())));
 }
 
-// Offset by odd parts of a voxel: no voxel is on a face.
+// The offsets are uneven fractions of a voxel, so that no voxel centre lies on a face.
 TEST(Mesh, is_inside_where_its_winding_number_is_not_0) {
   TYNDALL_NEEDS_VOLUMES();
   const Scratch scratch("hollow.obj");
@@ -500,7 +500,7 @@ TEST(Mesh, is_inside_where_its_winding_number_is_not_0) {
   EXPECT_NEAR(volume(true, true), 1, 1e-3);
 }
 
-TEST(Mesh, thin_walls_keep_their_mass_and_say_so) {
+TEST(Mesh, thin_walls_keep_their_mass_with_a_warning) {
   TYNDALL_NEEDS_VOLUMES();
   const Scratch scratch("plate.obj");
   for (const double thickness : {0.001, 0.01}) {
@@ -517,20 +517,20 @@ TEST(Mesh, thin_walls_keep_their_mass_and_say_so) {
           << loaded.warnings[0];
     }
   }
-  // What the warning asks for.
+  // The warning suggests a number of voxels.
   const std::string plate = box({0, 0, 0.5}, {1, 1, 0.51});
   const LoadedVolume coarse = load_mesh(scratch.fill(plate), 64);
   EXPECT_NE(coarse.warnings[0].find("\"voxels\": 149 keeps them sharp"), std::string::npos)
       << coarse.warnings[0];
   EXPECT_TRUE(load_mesh(scratch.fill(plate), 152).volume->is_level_set());
-  // A body that is thick as a whole has its thin walls, too, and its inside.
+  // A body with thick and thin parts keeps the volume of both.
   const LoadedVolume both = load_mesh(
       scratch.fill(box({0, 0, 0}, {1, 1, 0.5}) + box({0.3, 0.3, 0.7}, {0.7, 0.7, 0.705}, false, 9)),
       64);
   EXPECT_NEAR(volume_of(both), 0.5 + 0.16 * 0.005, 1e-6);
 }
 
-TEST(Mesh, far_from_the_origin_is_what_it_is_there) {
+TEST(Mesh, is_the_same_far_from_the_origin) {
   TYNDALL_NEEDS_VOLUMES();
   const Scratch scratch("far.obj");
   const glm::dvec3 far(1e6, -2e6, 3e6);
@@ -556,7 +556,7 @@ TEST(Mesh, is_refused_for_the_memory_that_its_voxels_need) {
   }
 }
 
-TEST(Mesh, names_the_line_that_is_wrong) {
+TEST(Mesh, errors_name_the_line) {
   TYNDALL_NEEDS_VOLUMES();
   const Scratch scratch("bad.obj");
   const auto message = [&](const std::string& text) -> std::string {

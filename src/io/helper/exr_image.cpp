@@ -1,4 +1,4 @@
-// The colours of OpenEXR files: which part and layer they are in, and what the header says of them.
+// The colours of OpenEXR files: selects the part and layer, and applies the header's metadata.
 #include <algorithm>
 #include <cstdint>
 #include <exception>
@@ -29,15 +29,15 @@ std::string lower(std::string text) {
   return text;
 }
 
-/// Channels that make a picture.
+/// The channels of one picture.
 struct Layer {
   enum class Kind { rgb, grey, luminance_chroma };
   Kind kind = Kind::rgb;
   int part = 0;
-  std::string part_name, name;  ///< `name`: what precedes its channels' names, without a dot
+  std::string part_name, name;  ///< `name`: the prefix of its channels, without the dot
   std::string channel[3] = {};  ///< red, green and blue
 
-  /// "beauty", or "part 1 'rgba'".
+  /// \return "beauty", or "part 1 'rgba'".
   std::string shown(bool has_parts) const {
     std::string text = has_parts ? fmt::format("part {} '{}'", part, part_name) : "";
     if (!name.empty()) text += (text.empty() ? "" : ", ") + name;
@@ -45,7 +45,7 @@ struct Layer {
   }
 };
 
-/// Whether renderers call the picture itself so, not one of its ingredients.
+/// \return whether renderers use this name for the final picture, not for one of its components.
 bool is_main(const std::string& name) {
   const std::string last = lower(name.substr(name.rfind('.') + 1));
   constexpr const char* names[] = {"",         "rgb",       "rgba",  "beauty",
@@ -53,7 +53,7 @@ bool is_main(const std::string& name) {
   return std::find(std::begin(names), std::end(names), last) != std::end(names);
 }
 
-/// Red, green or blue: 0 to 2; -1 for what is none of them.
+/// \return 0, 1 or 2 for red, green or blue, -1 for other channels.
 int color_of(const std::string& channel) {
   const std::string c = lower(channel);
   if (c == "r" || c == "red") return 0;
@@ -72,7 +72,7 @@ bool is_deep(const Imf::Header& header) {
   return header.hasType() && Imf::isDeepData(header.type());
 }
 
-/// The layers of a part that have colours; a grey picture only where there are none.
+/// \return the colour layers of a part, or else its grey layer if it has one.
 std::vector<Layer> layers_of(const Imf::Header& header, int part) {
   const std::string part_name = header.hasName() ? header.name() : "";
   std::map<std::string, Layer> layers;
@@ -107,7 +107,7 @@ std::vector<Layer> layers_of(const Imf::Header& header, int part) {
   }
   layer.kind = Layer::Kind::grey;
   for (const std::string& grey : {std::string("Y"), std::string("L")}) {
-    if (!has(grey) || has("X")) continue;  // X, Y, Z are places, or something else
+    if (!has(grey) || has("X")) continue;  // X, Y, Z are positions, for example
     for (std::string& c : layer.channel) c = grey;
     return {layer};
   }
@@ -118,7 +118,7 @@ std::vector<Layer> layers_of(const Imf::Header& header, int part) {
   return {};
 }
 
-/// \return the one that is a sky; null, with the reason in `problem`, where it cannot be told.
+/// \return the layer to read, or null if the choice is ambiguous. \param[out] problem the reason
 const Layer* choose(const std::vector<Layer>& layers, bool has_parts, std::string& problem) {
   const auto only = [&](const auto& fits) -> const Layer* {
     const auto is_it = [&](const Layer& layer) { return fits(layer); };
@@ -143,14 +143,14 @@ const Layer* choose(const std::vector<Layer>& layers, bool has_parts, std::strin
     if (names.size() < 20) names.push_back(layer.shown(has_parts));
   const Layer& first = layers[0];
   problem = fmt::format(
-      "{} of its layers could be the sky: {}{}; write the one that is meant into a file of its "
-      "own, such as `oiiotool sky.exr{} --ch {} -o one.exr`",
+      "{} of its layers could be the sky: {}{}; write the intended one into its own file, for "
+      "example with `oiiotool sky.exr{} --ch {} -o one.exr`",
       layers.size(), fmt::join(names, "; "), layers.size() > names.size() ? "; ..." : "",
       has_parts ? fmt::format(" --subimage {}", first.part) : "", fmt::join(first.channel, ","));
   return nullptr;
 }
 
-/// \param channel names, each of which becomes one of three floats per pixel
+/// Reads the channels of `layer` into the red, green and blue floats of the pixels.
 void read_channels(Imf::MultiPartInputFile& file, const Layer& layer, DecodedImage& image) {
   Imf::InputPart part(file, layer.part);
   const Imath::Box2i& window = part.header().dataWindow();
@@ -165,8 +165,8 @@ void read_channels(Imf::MultiPartInputFile& file, const Layer& layer, DecodedIma
                     fmt::format("channel {} holds only every {}th column and {}th "
                                 "row",
                                 layer.channel[c], channel->xSampling, channel->ySampling)};
-    // OpenEXR wants the address of pixel (0, 0), which may lie outside: integers, for pointers may
-    // not.
+    // OpenEXR expects the address of pixel (0, 0), which may lie outside the array. The arithmetic
+    // uses integers, because out-of-range pointers are undefined.
     const std::uintptr_t origin = reinterpret_cast<std::uintptr_t>(image.rgb.data() + c)
                                   - static_cast<std::uintptr_t>(window.min.x) * pixel
                                   - static_cast<std::uintptr_t>(window.min.y) * row;
@@ -180,7 +180,7 @@ void read_channels(Imf::MultiPartInputFile& file, const Layer& layer, DecodedIma
       image.rgb[i + 1] = image.rgb[i + 2] = image.rgb[i];
 }
 
-/// Luminance at every pixel, colour differences at every fourth: OpenEXR has filters for them.
+/// Reads luminance at every pixel and chroma at every fourth; OpenEXR reconstructs the colours.
 void read_luminance_chroma(bool has_parts, DecodedImage& image) {
   if (has_parts)
     throw Failure{error_choice,
@@ -192,7 +192,7 @@ void read_luminance_chroma(bool has_parts, DecodedImage& image) {
   std::vector<Imf::Rgba> row(width);
   float* out = image.rgb.data();
   for (int y = window.min.y; y <= window.max.y; ++y) {
-    // As above: OpenEXR wants the address of pixel (0, 0).
+    // As above: OpenEXR expects the address of pixel (0, 0).
     const std::uintptr_t origin = reinterpret_cast<std::uintptr_t>(row.data())
                                   - static_cast<std::uintptr_t>(window.min.x) * sizeof(Imf::Rgba);
     file.setFrameBuffer(reinterpret_cast<Imf::Rgba*>(origin), 1, 0);
@@ -213,33 +213,33 @@ std::string compression_of(const Imf::Header& header) {
   return n < std::size(names) ? names[n] : "unknown";
 }
 
-/// \param envmap the part's own, or null
-void tell_of_part(const Imf::Header& header, const int* envmap, Json& told) {
-  if (header.hasName()) told["name"] = header.name();
-  if (header.hasView()) told["view"] = header.view();
-  if (is_deep(header)) told["deep"] = true;
-  told["channels"] = fmt::format("{}", fmt::join(channels_of(header), ", "));
-  told["data window"] = corners(header.dataWindow());
-  told["display window"] = corners(header.displayWindow());
-  told["compression"] = compression_of(header);
-  if (header.pixelAspectRatio() != 1) told["pixel aspect ratio"] = header.pixelAspectRatio();
+/// Adds the metadata of a part to `out`. \param envmap the part's attribute, or null
+void describe_part(const Imf::Header& header, const int* envmap, Json& out) {
+  if (header.hasName()) out["name"] = header.name();
+  if (header.hasView()) out["view"] = header.view();
+  if (is_deep(header)) out["deep"] = true;
+  out["channels"] = fmt::format("{}", fmt::join(channels_of(header), ", "));
+  out["data window"] = corners(header.dataWindow());
+  out["display window"] = corners(header.displayWindow());
+  out["compression"] = compression_of(header);
+  if (header.pixelAspectRatio() != 1) out["pixel aspect ratio"] = header.pixelAspectRatio();
   if (envmap != nullptr) {
     if (*envmap == Imf::ENVMAP_LATLONG)
-      told["envmap"] = "latlong";
+      out["envmap"] = "latlong";
     else if (*envmap == Imf::ENVMAP_CUBE)
-      told["envmap"] = "cube";
+      out["envmap"] = "cube";
     else
-      told["envmap"] = *envmap;
+      out["envmap"] = *envmap;
   }
   for (auto it = header.begin(); it != header.end(); ++it) {
     const auto* text = dynamic_cast<const Imf::StringAttribute*>(&it.attribute());
     if (text != nullptr && std::string(it.name()).starts_with("tyndall."))
-      told[it.name()] = text->value();
+      out[it.name()] = text->value();
   }
 }
 
-/// What the header of the part that is taken says of its pixels.
-void honour(const Imf::Header& header, DecodedImage& image) {
+/// Applies the header of the chosen part to the image, and warns about metadata that is ignored.
+void apply_header(const Imf::Header& header, DecodedImage& image) {
   const auto size = [](int low, int high) { return static_cast<long long>(high) - low + 1; };
   const Imath::Box2i &data = header.dataWindow(), &whole = header.displayWindow();
   const long long width = size(whole.min.x, whole.max.x), height = size(whole.min.y, whole.max.y);
@@ -284,7 +284,7 @@ DecodedImage decode() {
   for (int n = 0; n < file.parts(); ++n) {
     const Imf::Header& header = file.header(n);
     Json part = Json::object();
-    tell_of_part(header, envmap_of(n), part);
+    describe_part(header, envmap_of(n), part);
     if (has_parts)
       image.told["parts"].push_back(part);
     else
@@ -310,18 +310,18 @@ DecodedImage decode() {
   const int* envmap = envmap_of(layer->part);
   if (envmap != nullptr && *envmap == Imf::ENVMAP_CUBE) {
     image.problem =
-        "a cube of six faces (envmap): write it by longitude and latitude, such as with `exrenvmap "
-        "-l`";
+        "a cube map of six faces (envmap): convert it to longitude and latitude, for example with "
+        "`exrenvmap -l`";
     return image;
   }
   if (envmap != nullptr && *envmap != Imf::ENVMAP_LATLONG) {
     image.problem = fmt::format(
-        "its envmap is {}, neither 0 (latlong) nor 1 (a cube): write it by longitude and latitude, "
-        "with envmap 0 or without",
+        "its envmap is {}, neither 0 (latlong) nor 1 (a cube): convert it to longitude and "
+        "latitude, with envmap 0 or without",
         *envmap);
     return image;
   }
-  honour(header, image);
+  apply_header(header, image);
   const Imath::Box2i& data = header.dataWindow();
   image.resize(static_cast<long long>(data.max.x) - data.min.x + 1,
                static_cast<long long>(data.max.y) - data.min.y + 1);

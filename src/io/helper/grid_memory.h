@@ -1,5 +1,5 @@
 /// \file
-/// The grid for Tyndall: a NanoVDB buffer that is the memory file itself.
+/// A NanoVDB buffer in the memory file that Tyndall receives.
 #pragma once
 
 #include <sys/mman.h>
@@ -13,7 +13,7 @@
 
 namespace tyndall::io {
 
-/// What NanoVDB asks of a buffer.
+/// A buffer type as NanoVDB requires it.
 class GridBuffer {
  public:
   GridBuffer(std::uint64_t size = 0) : size_(size) {

@@ -29,7 +29,7 @@ using Matrix = std::array<std::array<double, 3>, 3>;
 
 // ---- Formats
 
-/// Decodes what is neither OpenEXR nor Radiance, with OpenImageIO.
+/// Decodes other formats than OpenEXR and Radiance with OpenImageIO.
 DecodedImage decode_other() {
   DecodedImage image;
 #if TYNDALL_OPENIMAGEIO
@@ -50,7 +50,7 @@ DecodedImage decode_other() {
     i.curve = t->curve;
     try {
       i.resize(t->width, t->height);
-    } catch (const Failure& failure) {  // no exception may cross the border
+    } catch (const Failure& failure) {  // no exception may cross the C interface
       c.failure = failure;
       return nullptr;
     } catch (const std::bad_alloc&) {
@@ -59,7 +59,7 @@ DecodedImage decode_other() {
     }
     return i.rgb.data();
   };
-  const auto tell = [](void* user, const char* key, const char* text) {
+  const auto report = [](void* user, const char* key, const char* text) {
     DecodedImage& i = static_cast<Call*>(user)->image;
     if (key == nullptr)
       i.warnings.emplace_back(text);
@@ -67,7 +67,7 @@ DecodedImage decode_other() {
       i.told[key] = text;
   };
   std::array<char, 512> message{};
-  const int failed = read(input_path, room, tell, &call, message.data(), message.size());
+  const int failed = read(input_path, room, report, &call, message.data(), message.size());
   if (call.failure.kind != nullptr) throw call.failure;
   if (failed != 0) damaged(message[0] != '\0' ? message.data() : "cannot be read");
 #else
@@ -98,9 +98,9 @@ DecodedImage decode() {
   return image;
 }
 
-// ---- The picture that they show
+// ---- The upright picture
 
-/// Of a pixel of the upright picture, in the one that is stored.
+/// The position of a pixel of the upright picture in the stored one.
 struct Stored {
   int x, y;
 };
@@ -125,7 +125,7 @@ Stored stored(int orientation, int x, int y, int width, int height) {
   }
 }
 
-/// The whole, upright; what is stored of it lies within, black around it.
+/// Expands the stored pixels to the whole picture, black around them, and turns it upright.
 void lay_out(DecodedImage& image) {
   const int whole_width = image.whole_width > 0 ? image.whole_width : image.width;
   const int whole_height = image.whole_height > 0 ? image.whole_height : image.height;
@@ -158,7 +158,7 @@ void lay_out(DecodedImage& image) {
   if (image.orientation != 1) image.told["orientation"] = image.orientation;
 }
 
-/// Pixels of one kind of fault.
+/// Counts the pixels with one kind of fault.
 class Faults {
  public:
   explicit Faults(const DecodedImage& image) : image_(image) {}
@@ -183,18 +183,18 @@ class Faults {
   std::size_t count_ = 0, first_ = 0, last_ = 0;
 };
 
-/// Makes what is no number 0, and what is infinite the largest half, or the largest number in the
-/// file where that is more.
+/// Replaces NaN by 0, and infinity by the largest 16-bit float, or by the largest number of the
+/// file if that is larger.
 void mend(DecodedImage& image) {
   float largest = largest_half;
   for (const float v : image.rgb)
     if (v > largest && v <= largest_float) largest = v;
-  Faults infinite(image), strange(image);
+  Faults infinite(image), not_numbers(image);
   for (std::size_t i = 0; i < image.rgb.size(); ++i) {
     float& v = image.rgb[i];
     if (v >= -largest_float && v <= largest_float) continue;
     if (v != v) {
-      strange.add(i / 3);
+      not_numbers.add(i / 3);
       v = 0;
     } else if (v > 0) {
       infinite.add(i / 3);
@@ -202,10 +202,10 @@ void mend(DecodedImage& image) {
     }
   }
   infinite.warn(image.warnings, fmt::format("are infinite: taken as {:.7g}", largest));
-  strange.warn(image.warnings, "are no numbers (NaN): taken as 0");
+  not_numbers.warn(image.warnings, "are no numbers (NaN): taken as 0");
 }
 
-/// The sRGB curve backwards.
+/// \return the inverse of the sRGB curve.
 float linear(float value) {
   return value <= 0.04045f ? value / 12.92f : power((value + 0.055f) / 1.055f, 2.4f);
 }
@@ -248,7 +248,7 @@ std::array<double, 3> white_of(const Primaries& p) {
   return {p.xy[6] / p.xy[7], 1, (1 - p.xy[6] - p.xy[7]) / p.xy[7]};
 }
 
-/// CIE 1931 X, Y, Z of red, green and blue; white has Y = 1.
+/// \return CIE 1931 X, Y, Z of red, green and blue as columns; white has Y = 1.
 Matrix xyz_of(const Primaries& p) {
   Matrix m{};
   for (std::size_t c = 0; c < 3; ++c) {
@@ -263,8 +263,8 @@ Matrix xyz_of(const Primaries& p) {
   return m;
 }
 
-/// From linear colours of `from` to linear Rec. 709; white becomes white (by Bradford's adaptation,
-/// as OpenEXR's own programs do it).
+/// \return the matrix from linear colours of `from` to linear Rec. 709. White maps to white, by
+/// Bradford's adaptation as in OpenEXR's own programs.
 Matrix to_rec709(const Primaries& from) {
   constexpr Matrix bradford{
       {{0.8951, 0.2664, -0.1614}, {-0.7502, 1.7135, 0.0367}, {0.0389, -0.0685, 1.0296}}};
@@ -276,7 +276,7 @@ Matrix to_rec709(const Primaries& from) {
   return times(inverse(xyz_of(rec709)), adapted);
 }
 
-/// To linear Rec. 709, in the units that the file means.
+/// Converts to linear Rec. 709, and undoes the exposure of the file.
 void convert(DecodedImage& image) {
   if (image.curve == 1) {
     for (float& v : image.rgb) v = linear(v);
@@ -292,7 +292,7 @@ void convert(DecodedImage& image) {
       image.rgb[i] = static_cast<float>(static_cast<double>(image.rgb[i]) / image.divisor[i % 3]);
   }
   if (!image.primaries) return;
-  for (const double x : image.primaries->xy)  // floats in many files
+  for (const double x : image.primaries->xy)  // rounded: many files store floats
     image.told["primaries"].push_back(std::strtod(fmt::format("{:.6g}", x).c_str(), nullptr));
   bool is_rec709 = true;
   for (std::size_t i = 0; i < 8; ++i)
@@ -307,7 +307,7 @@ void convert(DecodedImage& image) {
   }
 }
 
-/// Cuts what is no radiance.
+/// Clamps values that are not valid radiances.
 void clamp(DecodedImage& image) {
   Faults negative(image), huge(image);
   for (std::size_t i = 0; i < image.rgb.size(); ++i) {
@@ -326,10 +326,10 @@ void DecodedImage::resize(long long columns, long long rows) {
   constexpr long long most = 1 << 28;
   if (columns < 1 || rows < 1 || columns > most || rows > most || columns * rows > most)
     damaged(fmt::format("{} x {} pixels: expected 1 to 2^28", columns, rows));
-  // No format that light is kept in packs more than a thousand pixels into a byte.
+  // No image format packs more than about a thousand pixels into a byte.
   const auto bytes = static_cast<long long>(input_size());
   if (columns * rows / 2000 > bytes)
-    damaged(fmt::format("it claims {} pixels in {} bytes", columns * rows, bytes));
+    damaged(fmt::format("its header claims {} pixels in {} bytes", columns * rows, bytes));
   width = static_cast<int>(columns);
   height = static_cast<int>(rows);
   rgb.resize(static_cast<std::size_t>(3 * columns * rows));

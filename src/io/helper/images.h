@@ -1,5 +1,5 @@
 /// \file
-/// Images of the sky: their linear Rec. 709 pixels, upright and finite, in the memory file.
+/// Environment images: writes their pixels, upright and finite linear Rec. 709, to the memory file.
 #pragma once
 
 #include "io/json_text.h"

@@ -1,5 +1,5 @@
 /// \file
-/// Standard input, which is the file, and what there is to say against it.
+/// Reads the file on standard input, and reports failures.
 #pragma once
 
 #include <cstdint>
@@ -10,20 +10,20 @@
 
 namespace tyndall::io {
 
-/// Ends the program with a message for Tyndall.
+/// An exception that ends the program with a message for Tyndall.
 struct Failure {
   const char* kind;
   std::string message;
   Json grids = {};
 };
 
-inline constexpr const char* too_much_memory = "it asks for more memory than there is for it";
+inline constexpr const char* too_much_memory = "it needs more memory than is available to it";
 
 [[noreturn]] void damaged(const std::string& message);
 
 std::uint64_t input_size();
 
-/// \throws Failure where the file ends before.
+/// \throws Failure if the file ends before.
 void read_at(std::uint64_t place, void* to, std::size_t bytes);
 
 template <class T>

@@ -33,7 +33,7 @@
 #define COUNT_ALLOCATIONS 1
 #endif
 
-// ---- Memory. Sanitizers reserve terabytes of address space: there, allocations are counted.
+// ---- Memory. Sanitizers reserve terabytes of address space, so allocations are counted instead.
 
 #if COUNT_ALLOCATIONS
 namespace {
@@ -46,7 +46,7 @@ void* counted(std::size_t bytes) {
   throw std::bad_alloc();
 }
 }  // namespace
-// What is freed is not given back: the limit is on all that is ever asked for.
+// The limit is on the sum of all allocations: freed memory is not subtracted.
 void* operator new(std::size_t bytes) { return counted(bytes); }
 void* operator new[](std::size_t bytes) { return counted(bytes); }
 void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
@@ -70,8 +70,9 @@ Json run(const std::vector<std::string>&) { return read_image(); }
 
 #else
 
-/// \return the index of the grid that is asked for; none where there is none and it
-/// `may_be_absent`. The unique name "density[1]" wins over the plain one.
+/// \return the index of the grid `wanted`, or else of the one named `fallback`; nullopt if it is
+/// missing and `may_be_absent`. The unique name "density[1]" has priority over the plain name.
+/// \throws Failure if the choice is missing or ambiguous
 std::optional<std::size_t> choose(const Json& grids, const std::string& fallback,
                                   const std::string* wanted, bool may_be_absent) {
   const auto fail = [&](const std::string& message) {
@@ -95,7 +96,7 @@ std::optional<std::size_t> choose(const Json& grids, const std::string& fallback
   return std::nullopt;
 }
 
-/// \throws Failure that says what the file is where it is no VDB (NanoVDB if `nano`).
+/// \throws Failure that names the format if the file is not a VDB (a NanoVDB if `nano`).
 void require_format(bool nano) {
   const std::uint64_t size = input_size();
   std::string head(std::min<std::uint64_t>(size, 512), '\0');
@@ -125,7 +126,7 @@ void require_format(bool nano) {
   else if (begins("\x89HDF"))
     what = "an HDF5 file";
   else if (std::string_view("\0\0\0\0 BDV", 8).substr(4) == std::string_view(head).substr(0, 4))
-    what = "too short for one, or its head is damaged";
+    what = "too short, or its header is damaged";
   else if (std::all_of(head.begin(), head.end(), [](char c) {
              return static_cast<unsigned char>(c) >= ' ' || c == '\n' || c == '\r' || c == '\t';
            }))
@@ -133,17 +134,17 @@ void require_format(bool nano) {
   throw Failure{error_format, what};
 }
 
-/// [byte] What this program may take, and what the machine has free.
-std::uint64_t memory_there(const std::string& limit) {
-  std::uint64_t there = std::strtoull(limit.c_str(), nullptr, 10);
+/// \return the memory that this program may use and the machine has free [byte].
+std::uint64_t available_memory(const std::string& limit) {
+  std::uint64_t available = std::strtoull(limit.c_str(), nullptr, 10);
   struct rlimit space {};
   if (::getrlimit(RLIMIT_AS, &space) == 0 && space.rlim_cur != RLIM_INFINITY)
-    there = std::min<std::uint64_t>(there, space.rlim_cur);
+    available = std::min<std::uint64_t>(available, space.rlim_cur);
   std::ifstream file("/proc/meminfo");
   std::string key, unit;
   for (std::uint64_t kibibytes = 0; file >> key >> kibibytes; std::getline(file, unit))
-    if (key == "MemAvailable:") there = std::min(there, kibibytes * 1024);
-  return there;
+    if (key == "MemAvailable:") available = std::min(available, kibibytes * 1024);
+  return available;
 }
 
 /// Lists a file's grids, or loads one of them.
@@ -168,11 +169,11 @@ Json read_grids(File&& file, const std::vector<std::string>& words) {
 }
 
 Json run(const std::vector<std::string>& words) {
-  // oneTBB hangs or aborts where it cannot start a thread.
+  // oneTBB hangs or aborts if it cannot start a thread.
   const tbb::global_control few(tbb::global_control::max_allowed_parallelism,
                                 static_cast<std::size_t>(startable_threads(8)));
   if (words[0] == "mesh")
-    return Json{{"loaded", voxelize(std::atoi(words.at(3).c_str()), memory_there(words[1]))}};
+    return Json{{"loaded", voxelize(std::atoi(words.at(3).c_str()), available_memory(words[1]))}};
   const bool nano = words.at(3) == "nvdb";
   if (words[0] == "write") return write_grids(nano);
   require_format(nano);
@@ -192,12 +193,12 @@ void limit(std::uint64_t memory, std::uint64_t seconds) {
 #else
   set(RLIMIT_AS, memory);
 #endif
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody waits for an orphan
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // do not outlive the parent
 }
 
-/// [byte] The most that this program had resident. What the kernel tells the parent (ru_maxrss)
-/// counts the parent's own from before exec.
-std::uint64_t most_resident() {
+/// \return the peak resident size of this program [byte]. The parent cannot use ru_maxrss, which
+/// includes the parent's own size from before exec.
+std::uint64_t peak_resident() {
   std::ifstream file("/proc/self/status");
   std::string key, rest;
   for (std::uint64_t kibibytes = 0; file >> key; std::getline(file, rest))
@@ -233,7 +234,7 @@ int main(int argc, char** argv) {
   };
   try {
     report = run(words);
-    report["resident"] = most_resident();
+    report["resident"] = peak_resident();
   } catch (const Failure& failure) {
     failed(failure.kind, failure.message);
     report["grids"] = failure.grids;

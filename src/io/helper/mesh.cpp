@@ -9,7 +9,7 @@ namespace tyndall::io {
 namespace {
 
 using Point = std::array<double, 3>;
-constexpr double steps = 65536;  // of a voxel, to which points are snapped
+constexpr double steps = 65536;  // per voxel; points are snapped to them
 
 Point cross(const Point& a, const Point& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
@@ -17,29 +17,29 @@ Point cross(const Point& a, const Point& b) {
 Point minus(const Point& a, const Point& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 double length(const Point& a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]); }
 
-/// Along it the face's normal is twice its area.
+/// \return the normal of a face, with twice its area as length.
 Point normal(const Mesh& mesh, const std::array<std::uint32_t, 3>& t) {
   return cross(minus(mesh.points[t[1]], mesh.points[t[0]]),
                minus(mesh.points[t[2]], mesh.points[t[0]]));
 }
 
-/// A face as a line along the axis sees it, in whole steps.
-struct Seen {
+/// A face projected along the axis, in integer steps.
+struct Projected {
   std::int64_t u[3], v[3];
 };
 
-/// On which side of the edge from i to j a lattice point is: exact, and as if the point were moved
-/// by an infinitesimal step along u, and one infinitesimal to that along v. So no point is on an
-/// edge, and faces that share an edge agree.
-bool is_left(const Seen& s, int i, int j, std::int64_t u, std::int64_t v) {
+/// \return whether a lattice point is left of the edge from i to j. The test is exact, and treats
+/// the point as moved by an infinitesimal step along u and a still smaller one along v: no point
+/// lies on an edge, and faces that share an edge agree.
+bool is_left(const Projected& s, int i, int j, std::int64_t u, std::int64_t v) {
   const std::int64_t du = s.u[j] - s.u[i], dv = s.v[j] - s.v[i];
   const std::int64_t side = du * (v - s.v[i]) - dv * (u - s.u[i]);
   if (side != 0) return side > 0;
   return dv != 0 ? dv < 0 : du > 0;
 }
 
-/// \return 1 or -1 where the line through (u, v) crosses the face, by the way it turns; or 0.
-int crosses(const Seen& s, std::int64_t u, std::int64_t v) {
+/// \return 1 or -1, the orientation of the face, if the line through (u, v) crosses it; else 0.
+int crosses(const Projected& s, std::int64_t u, std::int64_t v) {
   const bool a = is_left(s, 0, 1, u, v), b = is_left(s, 1, 2, u, v), c = is_left(s, 2, 0, u, v);
   return a == b && b == c ? (a ? 1 : -1) : 0;
 }
@@ -109,36 +109,36 @@ Crossings::Crossings(const Mesh& mesh, int axis) {
   const std::size_t lines = static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]);
   first_.assign(lines + 1, 0);
 
-  // Twice: to count, and to write down.
+  // Called twice: to count the crossings, and to store them.
   const auto for_crossings = [&](const auto& visit) {
     for (const auto& t : mesh.triangles) {
       const Point n = normal(mesh, t);
       if (n[w] == 0) continue;
       const Point &a = mesh.points[t[0]], &b = mesh.points[t[1]], &c = mesh.points[t[2]];
       const Point* corners[3] = {&a, &b, &c};
-      Seen seen;
+      Projected face;
       for (int i = 0; i < 3; ++i) {
-        seen.u[i] = std::llround((*corners[i])[u] * steps);
-        seen.v[i] = std::llround((*corners[i])[v] * steps);
+        face.u[i] = std::llround((*corners[i])[u] * steps);
+        face.v[i] = std::llround((*corners[i])[v] * steps);
       }
       const double along_u[3] = {a[u], b[u], c[u]};
       const int first = ceil_int(*std::min_element(along_u, along_u + 3)),
                 last = floor_int(*std::max_element(along_u, along_u + 3));
       for (int i = first; i <= last; ++i) {
-        // Of the face at that u, along v.
+        // The range of the face along v at this u.
         double least = 1e300, most = -1e300;
         for (int e = 0; e < 3; ++e) {
           const Point &p = *corners[e], &q = *corners[(e + 1) % 3];
           if ((p[u] < i && q[u] < i) || (p[u] > i && q[u] > i)) continue;
-          const double share = p[u] == q[u] ? 0 : (i - p[u]) / (q[u] - p[u]);
-          const double at = p[v] + share * (q[v] - p[v]);
+          const double fraction = p[u] == q[u] ? 0 : (i - p[u]) / (q[u] - p[u]);
+          const double at = p[v] + fraction * (q[v] - p[v]);
           least = std::min({least, at, p[u] == q[u] ? q[v] : at});
           most = std::max({most, at, p[u] == q[u] ? q[v] : at});
         }
         if (least > most) continue;
         for (int j = ceil_int(least - 1e-9); j <= floor_int(most + 1e-9); ++j) {
           const std::int64_t whole = static_cast<std::int64_t>(steps);
-          const int turn = crosses(seen, i * whole, j * whole);
+          const int turn = crosses(face, i * whole, j * whole);
           if (turn == 0) continue;
           if (i < low_[0] || i >= low_[0] + size_[0] || j < low_[1] || j >= low_[1] + size_[1])
             continue;
@@ -185,11 +185,11 @@ bool Crossings::is_inside(int u, int v, int along) const {
 ThinWalls thin_walls(const Crossings& x, const Crossings& y, const Crossings& z) {
   using Crossing = Crossings::Crossing;
   constexpr double thinnest_kept = 1.5;
-  constexpr float opposite = -0.7f;  // a wall's faces look away from each other
+  constexpr float opposite = -0.7f;  // largest cosine between the normals of a wall's two faces
   constexpr int bins = 64;
   double faces = 0, thin = 0, of_width[bins] = {};
-  // The area that a crossing stands for, of faces that are most nearly across their line: the lines
-  // of the three axes together meet each face once.
+  // The face area per crossing, or 0 if the normal is nearer to another axis: so the lines of the
+  // three axes together count each face once.
   const auto area_of = [](const Crossing& c) {
     const float along = std::abs(c.normal[0]);
     const bool is_steep = along >= std::abs(c.normal[1]) && along >= std::abs(c.normal[2]);
@@ -219,7 +219,7 @@ ThinWalls thin_walls(const Crossings& x, const Crossings& y, const Crossings& z)
   }
   ThinWalls walls;
   if (!(thin > 0)) return walls;
-  walls.share = thin / faces;
+  walls.fraction = thin / faces;
   double below = 0;
   int bin = 0;
   while (bin + 1 < bins && (below += of_width[bin]) < 0.05 * thin) ++bin;
@@ -227,18 +227,18 @@ ThinWalls thin_walls(const Crossings& x, const Crossings& y, const Crossings& z)
   return walls;
 }
 
-// ---- Shares of voxels
+// ---- Fractions of voxels
 
 namespace {
 
-/// A convex part of a face: a triangle cut by four sides of a column has up to 7 corners, and two
-/// cuts along it add one each.
+/// A convex part of a face. A triangle clipped by the four sides of a column has up to 7 corners;
+/// two cuts along the column add one each.
 struct Part {
   Point corner[10];
   int count = 0;
 };
 
-/// \return what of `part` is above `bound` along `axis` (below, for side -1).
+/// \return the portion of `part` above `bound` along `axis` (below it for side -1).
 Part cut(const Part& part, std::size_t axis, double bound, double side) {
   Part kept;
   for (int i = 0; i < part.count; ++i) {
@@ -246,9 +246,9 @@ Part cut(const Part& part, std::size_t axis, double bound, double side) {
     const double da = side * (a[axis] - bound), db = side * (b[axis] - bound);
     if (da >= 0) kept.corner[kept.count++] = a;
     if ((da > 0 && db < 0) || (da < 0 && db > 0)) {
-      const double share = da / (da - db);
+      const double fraction = da / (da - db);
       Point p;
-      for (std::size_t c = 0; c < 3; ++c) p[c] = a[c] + share * (b[c] - a[c]);
+      for (std::size_t c = 0; c < 3; ++c) p[c] = a[c] + fraction * (b[c] - a[c]);
       p[axis] = bound;
       kept.corner[kept.count++] = p;
     }
@@ -256,8 +256,8 @@ Part cut(const Part& part, std::size_t axis, double bound, double side) {
   return kept;
 }
 
-/// The integral of z - bound over the part's projection along z, signed as that turns, where z is
-/// above `bound`.
+/// \return the integral of max(z - bound, 0) over the projection of the part along z, with the sign
+/// of the projection's orientation.
 double volume_above(const Part& part, double bound) {
   const Part top = cut(part, 2, bound, 1);
   double sum = 0;
@@ -284,8 +284,8 @@ std::array<double, 2> range(const Part& part, std::size_t axis) {
   return {low, high};
 }
 
-/// The winding number, integrated: of voxel z of a column by the faces that pass through it, and
-/// of all voxels below it by those faces.
+/// Contributions of a face to the mean winding number: of voxel z of a column, which the face
+/// intersects, and of all voxels below z.
 struct Piece {
   int y, z;
   double here, below;
@@ -294,8 +294,9 @@ struct Piece {
 }  // namespace
 
 void for_cut_voxels(const Mesh& mesh,
-                    const std::function<void(int x, int y, int z, double share)>& set) {
-  // Slices of one voxel across x, each from the faces that reach it: their pieces fit into memory.
+                    const std::function<void(int x, int y, int z, double fraction)>& set) {
+  // One slice of voxels across x at a time, from the faces that intersect it, to bound the memory
+  // for pieces.
   struct Reach {
     int first, last;
     std::uint32_t triangle;
@@ -331,7 +332,7 @@ void for_cut_voxels(const Mesh& mesh,
         const auto [z_low, z_high] = range(part, 2);
         const double all = projected_area(part);
         const int top = floor_int(z_high + 0.5);
-        double above = 0;  // of the voxel's upper side
+        double above = 0;  // the integral above the voxel's upper side
         for (int z = top; z >= floor_int(z_low + 0.5); --z) {
           const double from_bottom = volume_above(part, z - 0.5);
           pieces.push_back({y, z, from_bottom - above, 0});

@@ -40,7 +40,7 @@ std::string type_name(nanovdb::GridType type) {
 
 nanovdb::io::Header read_header(std::uint64_t at) {
   const auto header = read_value<nanovdb::io::Header>(at);
-  // The last byte is a digit in files of some writers.
+  // Some writers use another digit in the last byte.
   if ((header.magic ^ NANOVDB_MAGIC_NUMBER) << 8 != 0) damaged("a segment without a header");
   const auto version = header.version.getMajor();
   if (version != NANOVDB_MAJOR_VERSION_NUMBER)
@@ -61,7 +61,7 @@ NanoFile::NanoFile() {
     for (int i = 0; i < header.gridCount; ++i) {
       const auto meta = read_value<nanovdb::io::MetaData>(at);
       at += sizeof meta;
-      if (meta.nameSize > end - std::min(end, at)) damaged("a name beyond its end");
+      if (meta.nameSize > end - std::min(end, at)) damaged("a name extends beyond its end");
       std::string name(meta.nameSize, '\0');
       read_at(at, name.data(), name.size());
       at += name.size();
@@ -86,7 +86,7 @@ NanoFile::NanoFile() {
   }
 }
 
-/// A packed part, with its length before it.
+/// \return a compressed chunk, which is stored after its length.
 std::string NanoFile::chunk(const Place& grid, std::uint64_t at) {
   const std::uint64_t end = grid.at + grid.file_size;
   if (end - at < sizeof(std::uint64_t)) damaged("a part of it is missing");
@@ -102,7 +102,7 @@ Json NanoFile::load(std::size_t i) const {
   GridBuffer buffer(grid.size);
   if (grid.size == 0) damaged("an empty buffer");
   if (grid.codec == 0) {
-    if (grid.file_size < grid.size) damaged("shorter than it says");
+    if (grid.file_size < grid.size) damaged("shorter than its header claims");
     read_at(grid.at, buffer.data(), grid.size);
   } else if (grid.codec == 1) {
     const std::string packed = chunk(grid, grid.at);
@@ -111,7 +111,7 @@ Json NanoFile::load(std::size_t i) const {
                      packed.size())
             != Z_OK
         || size != grid.size)
-      damaged("what is zipped in it does not unpack");
+      damaged("its zipped data cannot be unpacked");
   } else if (grid.codec == 2) {
     constexpr std::uint64_t most = 1u << 30;
     std::uint64_t at = grid.at;
@@ -122,7 +122,7 @@ Json NanoFile::load(std::size_t i) const {
       if (::blosc_cbuffer_validate(packed.data(), packed.size(), &size) != 0 || size != wanted
           || ::blosc_decompress_ctx(packed.data(), buffer.data() + done, wanted, 1)
                  != static_cast<int>(wanted))
-        damaged("what is packed in it by Blosc does not unpack");
+        damaged("its Blosc data cannot be unpacked");
       done += wanted;
       at += sizeof(std::uint64_t) + packed.size();
     }

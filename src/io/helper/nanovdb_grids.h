@@ -1,5 +1,5 @@
 /// \file
-/// Grids of .nvdb files, unpacked into the memory file; what is in them Tyndall checks itself.
+/// Grids of .nvdb files, unpacked into the memory file. Tyndall checks their contents itself.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +9,14 @@
 
 namespace tyndall::io {
 
-/// Segments, each a header, the grids' descriptions, and their buffers.
+/// A file of segments: each has a header, descriptions of its grids, and their buffers.
 class NanoFile {
  public:
   NanoFile();
 
-  /// A description of each grid: unique_name, name, type, class, voxels.
+  /// \return a description of each grid: unique_name, name, type, class, voxels.
   const Json& grids() const { return grids_; }
-  /// None: such files have no place for any.
+  /// \return an empty object: the format stores no metadata.
   static Json metadata() { return Json::object(); }
   /// \return "checksum" and "grid_bytes". \throws Failure
   Json load(std::size_t grid) const;
@@ -24,7 +24,7 @@ class NanoFile {
  private:
   struct Place {
     std::uint16_t codec;
-    std::uint64_t at, file_size, size;  ///< [byte] size: unpacked
+    std::uint64_t at, file_size, size;  ///< [byte]; size: unpacked
   };
   static std::string chunk(const Place& grid, std::uint64_t at);
 

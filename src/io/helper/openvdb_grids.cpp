@@ -32,10 +32,10 @@
 namespace tyndall::io {
 namespace {
 
-/// Calls `f`, and says what OpenVDB's errors mean.
+/// Calls `f`, and translates OpenVDB's exceptions. \throws Failure
 template <class F>
 auto with_openvdb(const F& f) {
-  // Without the name of the exception's class before it.
+  // OpenVDB puts the name of the exception's class before its message.
   const auto message = [](const openvdb::Exception& error) {
     const std::string text = error.what();
     const std::size_t colon = text.find(": ");
@@ -65,8 +65,9 @@ Json matrix(const openvdb::math::Transform& transform) {
   return rows;
 }
 
-/// What a file's maker wrote: not what OpenVDB itself writes, which is told in better words.
-Json told(const openvdb::MetaMap& metadata) {
+/// \return the metadata of the file's author, without OpenVDB's own entries, which describe() adds
+/// in other words.
+Json texts_of(const openvdb::MetaMap& metadata) {
   constexpr std::size_t most_keys = 50, longest = 200;
   constexpr std::string_view own[] = {"name", "class", "is_saved_as_half_float", "is_local_space",
                                       "vector_type"};
@@ -97,12 +98,12 @@ Json describe(const openvdb::GridBase& grid, const std::string& unique_name) {
   if (grid.transform().isLinear()) d["transform"] = matrix(grid.transform());
   if (const auto voxels = grid.getMetadata<openvdb::Int64Metadata>("file_voxel_count"))
     d["voxels"] = voxels->value();
-  if (Json texts = told(grid); !texts.empty()) d["metadata"] = std::move(texts);
+  if (Json texts = texts_of(grid); !texts.empty()) d["metadata"] = std::move(texts);
   return d;
 }
 
-/// \return "negative", the number of active voxels that are so, and "most", the largest magnitude
-/// of a value: of those up to 1e12, as Volume mends what is beyond (tyndall/render/volume.h).
+/// \return "negative", the number of negative active voxels, and "most", the largest magnitude of a
+/// value. Magnitudes above 1e12 are ignored because Volume replaces them (tyndall/render/volume.h).
 template <class Grid>
 Json examine(Grid& grid) {
   using Value = typename Grid::ValueType;
@@ -155,7 +156,7 @@ template <class Grid>
 Json store(Grid& grid) {
   Json loaded = examine(grid);
   if constexpr (std::is_same_v<typename Grid::ValueType, float>) {
-    // Some writers leave a background of 0, and no sign to what is not in the band.
+    // Some writers leave a background of 0 and unsigned values outside the narrow band.
     const float width = loaded["most"];
     if (grid.getGridClass() == openvdb::GRID_LEVEL_SET)
       openvdb::tools::signedFloodFillWithValues(grid.tree(), width, -width);
@@ -178,14 +179,14 @@ Json store(const openvdb::GridBase::Ptr& base) {
   throw Failure{error_choice, fmt::format("grid of {}", base->valueType())};
 }
 
-/// Looks at what OpenVDB does not: it takes a negative number of grids for none, and reads on where
-/// an uncompressed file has ended.
+/// Makes checks that OpenVDB lacks: it treats a negative number of grids as 0, and reads beyond the
+/// end of an uncompressed file.
 void require_all_grids() {
-  constexpr std::uint32_t oldest = 216;  // with instances
+  constexpr std::uint32_t oldest = 216;  // the first version with instances
   const auto version = read_value<std::uint32_t>(8);
   const bool has_offsets = read_value<char>(20) != 0;
   if (version < oldest || !has_offsets) return;
-  // Two versions say there whether they are packed; then comes the file's UUID.
+  // Versions 220 and 221 have a compression flag here. The UUID of the file follows.
   std::uint64_t at = version == 220 || version == 221 ? 22 : 21;
   at += version < 218 ? 16 : 36;
   const auto skip_text = [&] { at += 4 + std::uint64_t{read_value<std::uint32_t>(at)}; };
@@ -197,7 +198,7 @@ void require_all_grids() {
   }
   const auto grids = read_value<std::int32_t>(at);
   if (grids < 0)
-    damaged(fmt::format("it says that it has {} grids", static_cast<std::uint32_t>(grids)));
+    damaged(fmt::format("its header claims {} grids", static_cast<std::uint32_t>(grids)));
   at += 4;
   for (int grid = 0; grid < grids; ++grid) {
     skip_text();  // name
@@ -205,15 +206,15 @@ void require_all_grids() {
     skip_text();  // the grid it is an instance of
     const auto end = read_value<std::int64_t>(at + 16);
     if (end < 0 || static_cast<std::uint64_t>(end) > input_size()) damaged("its end is missing");
-    if (static_cast<std::uint64_t>(end) <= at) return;  // an order of its own
+    if (static_cast<std::uint64_t>(end) <= at) return;  // grids are in another order
     at = static_cast<std::uint64_t>(end);
   }
 }
 
 // ---- Meshes
 
-/// The next line of an .obj file, with those that a backslash at its end goes on in; not of
-/// comments, where Windows' paths end in one. \param[in,out] number of lines before it
+/// Reads the next line of an .obj file. A backslash at its end joins the following line, except in
+/// comments, where Windows paths may end with one. \param[in,out] number of lines read so far
 bool next_line(std::istream& lines, std::string& line, std::size_t& number) {
   if (!std::getline(lines, line)) return false;
   ++number;
@@ -268,7 +269,7 @@ Mesh read_mesh() {
   return mesh;
 }
 
-/// A mesh in voxels, as OpenVDB asks for it.
+/// A mesh in units of voxels, with the interface that OpenVDB requires.
 struct MeshView {
   const Mesh& mesh;
 
@@ -281,7 +282,7 @@ struct MeshView {
   }
 };
 
-/// Makes voxels the unit of a mesh. \return those to its own space
+/// Converts a mesh to units of voxels. \return the transform from voxels to its original space
 openvdb::math::Transform::Ptr to_voxels(Mesh& mesh, int voxels) {
   std::array<double, 3> low = mesh.points[0], high = low;
   for (const auto& p : mesh.points)
@@ -291,7 +292,7 @@ openvdb::math::Transform::Ptr to_voxels(Mesh& mesh, int voxels) {
   for (std::size_t a = 0; a < 3; ++a) longest = std::max(longest, high[a] - low[a]);
   if (!(longest > 0)) damaged("all its vertices are in one place");
   const double voxel = longest / voxels;
-  // Far from the origin, too, voxels have small numbers.
+  // Indices start near 0, for precision far from the origin.
   openvdb::Vec3d first;
   for (std::size_t a = 0; a < 3; ++a) first[static_cast<int>(a)] = std::round(low[a] / voxel);
   for (auto& p : mesh.points)
@@ -302,8 +303,8 @@ openvdb::math::Transform::Ptr to_voxels(Mesh& mesh, int voxels) {
   return transform;
 }
 
-/// Refuses what would not fit into `memory` [byte]. What a unit of area takes was measured: grids
-/// of distances and of the nearest faces, the finished one, and the lists of crossings.
+/// \throws Failure if the voxelisation does not fit into `memory` [byte]. The bytes per area are
+/// measured: grids of distances and of nearest faces, the result, and the lists of crossings.
 void require_memory(double area, int voxels, std::uint64_t memory) {
   constexpr double of_area = 260, of_all = 64e6;  // [byte]
   const double needed = of_all + of_area * area;
@@ -312,15 +313,15 @@ void require_memory(double area, int voxels, std::uint64_t memory) {
       std::sqrt(std::max(static_cast<double>(memory) - of_all, 0.0) / (of_area * area));
   throw Failure{
       error_memory,
-      fmt::format("its faces in {} voxels need {:.2g} GB of memory, {:.2g} GB are there for "
-                  "it; \"voxels\": {} or fewer fit",
+      fmt::format("its faces in {} voxels need {:.2g} GB of memory, {:.2g} GB are available; "
+                  "\"voxels\": {} or fewer fit",
                   voxels, needed / 1e9, static_cast<double>(memory) / 1e9,
                   std::max(static_cast<int>(most * voxels), 8))};
 }
 
 using Leaves = openvdb::tree::LeafManager<openvdb::FloatTree>;
 
-/// Turns the distances within the mesh negative: a level set.
+/// Negates the distances inside the mesh, which makes the grid a level set.
 void sign(openvdb::FloatGrid& grid, const Crossings& along_z) {
   Leaves(grid.tree()).foreach ([&](auto& leaf, std::size_t) {
     for (auto v = leaf.beginValueOn(); v; ++v) {
@@ -331,7 +332,7 @@ void sign(openvdb::FloatGrid& grid, const Crossings& along_z) {
   grid.setGridClass(openvdb::GRID_LEVEL_SET);
 }
 
-/// Makes a level set the share of each voxel that is inside.
+/// Replaces a level set by the fraction of each voxel that is inside the mesh.
 void fill(openvdb::FloatGrid& grid, const Mesh& mesh) {
   openvdb::FloatTree& tree = grid.tree();
   const float width = grid.background();
@@ -351,10 +352,10 @@ void fill(openvdb::FloatGrid& grid, const Mesh& mesh) {
   }
   tree.root().setBackground(0.0f, false);
   auto voxels = grid.getAccessor();
-  for_cut_voxels(mesh, [&](int x, int y, int z, double share) {
+  for_cut_voxels(mesh, [&](int x, int y, int z, double fraction) {
     const openvdb::Coord at(x, y, z);
-    if (share > 0)
-      voxels.setValue(at, static_cast<float>(share));
+    if (fraction > 0)
+      voxels.setValue(at, static_cast<float>(fraction));
     else
       voxels.setValueOff(at, 0.0f);
   });
@@ -362,17 +363,17 @@ void fill(openvdb::FloatGrid& grid, const Mesh& mesh) {
   grid.setGridClass(openvdb::GRID_FOG_VOLUME);
 }
 
-/// What a mesh became.
+/// The grid of a mesh.
 struct Voxelized {
   openvdb::FloatGrid::Ptr grid;
   bool is_closed;
   ThinWalls walls;
 };
 
-/// A level set of the body where the mesh is closed, of a shell about its faces where it is open;
-/// where the body has thin walls, the share of each voxel that is inside.
+/// \return a level set of the interior of a closed mesh, or of a shell about the faces of an open
+/// one; for a closed mesh with thin walls, the fraction of each voxel that is inside.
 Voxelized voxelized(Mesh mesh, int voxels, std::uint64_t memory) {
-  constexpr double many = 1e-3;  // of the faces' area
+  constexpr double many = 1e-3;  // fraction of the faces' area
   const auto transform = to_voxels(mesh, voxels);
   require_memory(area(mesh), voxels, memory);
   Voxelized out{nullptr, is_closed(mesh), {}};
@@ -385,7 +386,7 @@ Voxelized voxelized(Mesh mesh, int voxels, std::uint64_t memory) {
     const Crossings along_z(mesh, 2);
     out.walls = thin_walls(Crossings(mesh, 0), Crossings(mesh, 1), along_z);
     sign(grid, along_z);
-    if (out.walls.share < many)
+    if (out.walls.fraction < many)
       out.walls = {};
     else
       fill(grid, mesh);
@@ -402,14 +403,14 @@ Voxelized voxelized(Mesh mesh, int voxels, std::uint64_t memory) {
 // ---- Grids to be written
 
 openvdb::math::Transform::Ptr transform(const Json& rows) {
-  openvdb::Mat4d m = openvdb::Mat4d::identity();  // of row vectors
+  openvdb::Mat4d m = openvdb::Mat4d::identity();  // multiplies row vectors from the right
   for (int row = 0; row < 3; ++row)
     for (int column = 0; column < 4; ++column)
       m(column, row) = rows.at(static_cast<std::size_t>(4 * row + column)).get<double>();
   return openvdb::math::Transform::createLinearTransform(m);
 }
 
-/// What is 0 becomes background. \param first byte of the arrays
+/// \return a grid of the nonzero values of a dense array. \param first byte of the arrays
 template <class Grid>
 openvdb::GridBase::Ptr dense(const Json& entry, std::uint64_t first) {
   using Value = typename Grid::ValueType;
@@ -456,7 +457,7 @@ VdbFile::VdbFile() {
     file_ = std::make_unique<File>();
     auto& file = file_->file;
     file.open(false);
-    metadata_ = told(*file.getMetadata());
+    metadata_ = texts_of(*file.getMetadata());
     for (auto name = file.beginName(); name != file.endName(); ++name) {
       file_->names.push_back(name.gridName());
       grids_.push_back(describe(*file.readGridMetadata(name.gridName()), name.gridName()));
@@ -486,7 +487,7 @@ Json voxelize(int voxels, std::uint64_t memory) {
     const Voxelized body = voxelized(std::move(mesh), voxels, memory);
     Json loaded = store(*body.grid);
     loaded["closed"] = body.is_closed;
-    loaded["thin_walls"] = body.walls.share;
+    loaded["thin_walls"] = body.walls.fraction;
     loaded["thin_width"] = body.walls.width;
     return loaded;
   });
@@ -498,7 +499,7 @@ Json write_grids(bool nano) {
   std::string text(header_size, '\0');
   read_at(sizeof header_size, text.data(), text.size());
   const Json header = Json::parse(text);
-  const std::uint64_t first = sizeof header_size + header_size;  // byte of the arrays
+  const std::uint64_t first = sizeof header_size + header_size;  // first byte of the arrays
 
   openvdb::MetaMap metadata;
   for (const auto& [key, value] : header.at("metadata").items())
@@ -516,7 +517,7 @@ Json write_grids(bool nano) {
     grid->setTransform(transform(entry.at("transform")));
     if (entry.at("channels") == 1) grid->setGridClass(openvdb::GRID_FOG_VOLUME);
     grid->setSaveFloatAsHalf(header.at("half"));
-    // Where people look: many programs show what a grid says, few what a file does.
+    // The metadata is repeated in each grid: many programs show it there, few show the file's.
     for (auto meta = metadata.beginMeta(); meta != metadata.endMeta(); ++meta)
       grid->insertMeta(meta->first, *meta->second);
     grids.push_back(grid);

@@ -1,6 +1,5 @@
 /// \file
-/// Grids of .vdb files and of meshes, made NanoVDB buffers in the memory file; and grids to be
-/// written.
+/// Reads .vdb files and meshes into NanoVDB buffers in the memory file, and writes grids.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +14,13 @@ class VdbFile {
   VdbFile();
   ~VdbFile();
 
-  /// A description of each grid: unique_name, name, type, class; voxels, transform and metadata
-  /// where known.
+  /// \return a description of each grid: unique_name, name, type, class; voxels, transform and
+  /// metadata if known.
   const Json& grids() const { return grids_; }
-  /// The file's, keys and texts.
+  /// \return the keys and texts of the file's metadata.
   const Json& metadata() const { return metadata_; }
-  /// \return "checksum", "grid_bytes", "negative" (active voxels). \throws Failure
+  /// \return "checksum", "grid_bytes", "negative" (number of active voxels), "most" (largest
+  /// magnitude). \throws Failure
   Json load(std::size_t grid);
 
  private:
@@ -29,16 +29,17 @@ class VdbFile {
   Json grids_ = Json::array(), metadata_ = Json::object();
 };
 
-/// A grid of floats, 0 everywhere, as VdbFile::load() returns one.
+/// Stores a grid of floats without voxels and with background 0. \return as VdbFile::load()
 Json grid_without_voxels();
 
-/// A level set of the body within the .obj mesh on standard input, or, where it is open, of a shell
-/// about its faces; "closed" says which. Where "thin_walls", a share of the area of its faces, is
-/// not 0, it is the share of each voxel that is inside, and a twentieth of them is thinner than
-/// "thin_width" voxels. \param memory [byte] that is there for it \throws Failure
+/// Stores the .obj mesh on standard input as a level set: of its interior if it is closed, of a
+/// shell about its faces if it is open. If it has thin walls, the values are the fraction of each
+/// voxel that is inside. \return as VdbFile::load(), with "closed", "thin_walls" (fraction of the
+/// area of its faces, or 0), and "thin_width" (5 % of these are thinner [voxel]).
+/// \param memory available for it [byte] \throws Failure
 Json voxelize(int voxels, std::uint64_t memory);
 
-/// Reads a parcel (io/helper/protocol.h) from standard input and writes the file into the memory
+/// Reads a parcel (io/helper/protocol.h) from standard input and writes a volume file to the memory
 /// file. \return an empty object.
 Json write_grids(bool nano);
 

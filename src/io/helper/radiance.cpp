@@ -1,5 +1,5 @@
-// Radiance's pictures: OpenImageIO passes on neither their exposure nor their primaries, and turns
-// the orders +X +Y and -X -Y the wrong way round.
+// Radiance pictures. OpenImageIO drops their exposure and primaries, and rotates the orders +X +Y
+// and -X -Y in the wrong direction.
 // Reference: G. Ward, "Radiance File Formats", section Picture File.
 #include <algorithm>
 #include <cmath>
@@ -61,7 +61,7 @@ void require_positive(const std::string& key, double value) {
   if (!(value > 0)) damaged(fmt::format("its {} is {:g}, not above 0", key, value));
 }
 
-/// How the pixels follow each other, and TIFF's number of it.
+/// The scan order of the pixels, and its orientation in TIFF.
 struct Order {
   std::string_view major, minor;
   int orientation;
@@ -69,7 +69,7 @@ struct Order {
 constexpr Order orders[] = {{"-Y", "+X", 1}, {"-Y", "-X", 2}, {"+Y", "-X", 3}, {"+Y", "+X", 4},
                             {"+X", "-Y", 5}, {"-X", "-Y", 6}, {"-X", "+Y", 7}, {"+X", "+Y", 8}};
 
-/// The line "-Y 512 +X 1024".
+/// Reads a line such as "-Y 512 +X 1024".
 void read_resolution(const std::string& line, DecodedImage& image) {
   char major[3] = "", minor[3] = "";
   long long rows = 0, columns = 0;
@@ -81,13 +81,13 @@ void read_resolution(const std::string& line, DecodedImage& image) {
       return image.resize(columns, rows);
     }
   }
-  damaged(fmt::format("'{}' is no size of a Radiance picture, such as '-Y 512 +X 1024'",
+  damaged(fmt::format("'{}' is not the size of a Radiance picture, such as '-Y 512 +X 1024'",
                       line.substr(0, 60)));
 }
 
-/// The projection of a picture's view: Radiance has none by longitude and latitude.
-/// \param options of all lines VIEW= together; without -vt they mean a perspective
-void tell_of_view(const std::string& options, DecodedImage& image) {
+/// Warns about the projection of a VIEW: Radiance has no projection to longitude and latitude.
+/// \param options of all lines VIEW= joined; without -vt the view is a perspective
+void warn_about_view(const std::string& options, DecodedImage& image) {
   constexpr std::pair<char, const char*> types[] = {
       {'v', "a perspective"},           {'l', "a parallel projection"},
       {'c', "a cylindrical panorama"},  {'a', "an angular fisheye"},
@@ -103,12 +103,12 @@ void tell_of_view(const std::string& options, DecodedImage& image) {
     if (type.size() == 4 && type[3] == letter) name = shown;
   image.told["view"] = words.substr(0, 200);
   image.warnings.push_back(
-      fmt::format("its VIEW is {} ({}): it is read by longitude and latitude all the same; convert "
-                  "it to that first",
+      fmt::format("its VIEW is {} ({}), but it is read as longitude and latitude; convert it "
+                  "to these first",
                   name, type.substr(0, 20)));
 }
 
-/// Runs of each byte of the pixels apart.
+/// Reads a row in the new format: run-length encoding of each component separately.
 void read_new_row(Bytes& bytes, std::vector<unsigned char>& row, std::size_t width) {
   for (std::size_t part = 0; part < 4; ++part) {
     for (std::size_t x = 0; x < width;) {
@@ -125,7 +125,7 @@ void read_new_row(Bytes& bytes, std::vector<unsigned char>& row, std::size_t wid
   }
 }
 
-/// Pixels one after the other; 1, 1, 1, n repeats the last one.
+/// Reads a row in the old format: whole pixels in order; (1, 1, 1, n) repeats the last one n times.
 void read_old_row(Bytes& bytes, std::vector<unsigned char>& row, std::size_t width,
                   const unsigned char (&first)[4]) {
   unsigned shift = 0;
@@ -180,7 +180,7 @@ DecodedImage decode_radiance() {
   bool is_exposed = false, has_view = false;
   std::string view;
   bytes.line();  // "#?RADIANCE"
-  // A header of a picture that this one was made of is indented, and does not count.
+  // Indented lines are the headers of source pictures; they are ignored.
   for (std::string line = bytes.line(); !line.empty(); line = bytes.line()) {
     const std::size_t equals = line.find('=');
     if (equals == line.npos || line[0] == ' ' || line[0] == '\t') continue;
@@ -193,7 +193,7 @@ DecodedImage decode_radiance() {
         throw Failure{error_format, fmt::format("a Radiance picture of FORMAT={}, neither "
                                                 "32-bit_rle_rgbe nor 32-bit_rle_xyze",
                                                 value.substr(0, 60))};
-    } else if (key == "EXPOSURE") {  // several multiply
+    } else if (key == "EXPOSURE") {  // several lines multiply
       const double factor = numbers(key, value, 1)[0];
       require_positive(key, factor);
       exposure *= factor;
@@ -210,11 +210,11 @@ DecodedImage decode_radiance() {
       Primaries primaries;
       std::copy(xy.begin(), xy.end(), primaries.xy.begin());
       if (!image.primaries) image.primaries = primaries;
-    } else if (key == "PIXASPECT") {  // several multiply
+    } else if (key == "PIXASPECT") {  // several lines multiply
       const double factor = numbers(key, value, 1)[0];
       require_positive(key, factor);
       aspect *= factor;
-    } else if (key == "VIEW") {  // a later one keeps what it does not name
+    } else if (key == "VIEW") {  // a later line overrides only the options that it names
       view += value + ' ';
       has_view = true;
     } else if (key == "GAMMA" && numbers(key, value, 1)[0] != 1) {
@@ -224,7 +224,7 @@ DecodedImage decode_radiance() {
                       value.substr(0, 20)));
     }
   }
-  if (has_view) tell_of_view(view, image);
+  if (has_view) warn_about_view(view, image);
   if (aspect != 1) {
     image.told["pixel aspect ratio"] = aspect;
     image.warnings.push_back(

@@ -1,13 +1,13 @@
-// Light baked by Tyndall. The textures and their boxes are those that the JSON beside names;
-// linear filter, clamped to the edge. Black textures stand for what was not baked.
+// Light baked by Tyndall. The JSON file beside this one names the textures and their boxes. Filter
+// them linearly, clamped to the edge. Bind a black texture for each one that was not baked.
 uniform sampler3D density;      // extinction [1/length]
-uniform sampler3D emission;     // radiance that the matter emits per length [W/(area sr length)]
+uniform sampler3D emission;     // emitted radiance per length [W/(area sr length)]
 uniform sampler3D inscatter;    // mean radiance over all directions [W/(area sr)]
-uniform sampler3D inscatter_x;  // its slope along x, y, z
+uniform sampler3D inscatter_x;  // slope of the radiance along x, y, z
 uniform sampler3D inscatter_y;
 uniform sampler3D inscatter_z;
 uniform vec3 density_min, density_max;  // "box_min", "box_max" of density and of emission
-uniform vec3 light_min, light_max;      // those of the others
+uniform vec3 light_min, light_max;      // "box_min", "box_max" of the other textures
 
 bool is_within(vec3 q) {
   return all(greaterThanEqual(q, vec3(0.0))) && all(lessThanEqual(q, vec3(1.0)));
@@ -19,13 +19,13 @@ float extinction(vec3 p) {
   return is_within(q) ? texture(density, q).r : 0.0;
 }
 
-// Radiance that matter at p emits of its own, per length: fire.
+// Radiance that the medium emits at p, per length.
 vec3 emitted(vec3 p) {
   vec3 q = (p - density_min) / (density_max - density_min);
   return is_within(q) ? texture(emission, q).rgb : vec3(0.0);
 }
 
-// Henyey and Greenstein's phase function [1/sr], for light whose direction turns by this cosine.
+// The Henyey-Greenstein phase function [1/sr]; `cosine` of the scattering angle.
 float henyey_greenstein(float cosine, float g) {
   float narrow = 1.0 - abs(g);
   float turned = g < 0.0 ? -cosine : cosine;
@@ -33,8 +33,8 @@ float henyey_greenstein(float cosine, float g) {
   return 0.0795774715 * (1.0 - g * g) / (spread * sqrt(spread));
 }
 
-// One channel of scattered_light(): a lobe about the light's direction, with the mean and the slope
-// of what is scattered. Their sum itself, mean + g dot(direction, slope), may dip below 0.
+// One channel of scattered_light(): a Henyey-Greenstein lobe about the light's direction with the
+// same mean and slope as mean + g dot(direction, slope), which could be negative.
 float scattered_lobe(float mean, vec3 slope, vec3 direction, float g) {
   float steepness = length(slope);
   if (!(mean > 0.0) || !(steepness > 0.0)) return mean > 0.0 ? mean : 0.0;
@@ -42,8 +42,8 @@ float scattered_lobe(float mean, vec3 slope, vec3 direction, float g) {
   return 12.5663706 * mean * henyey_greenstein(dot(direction, slope) / steepness, narrowed);
 }
 
-// Radiance that matter at p scatters towards `direction` (a unit vector), per unit of extinction.
-// albedo: of the matter; g: the mean cosine of its phase function.
+// Radiance scattered at p towards `direction` (a unit vector), per unit of extinction.
+// albedo: of the medium; g: the mean cosine of its phase function.
 vec3 scattered_light(vec3 p, vec3 direction, vec3 albedo, float g) {
   vec3 q = (p - light_min) / (light_max - light_min);
   vec3 mean = texture(inscatter, q).rgb;
@@ -55,7 +55,7 @@ vec3 scattered_light(vec3 p, vec3 direction, vec3 albedo, float g) {
                        scattered_lobe(mean.b, vec3(x.b, y.b, z.b), direction, g));
 }
 
-// Fraction of light that gets from p, within the box, out of it along `direction`.
+// Transmittance from p, within the box, to the boundary of the box along `direction`.
 float transmittance(vec3 p, vec3 direction, int steps) {
   vec3 ends = mix(density_min, density_max, step(vec3(0.0), direction));
   vec3 ways = abs(ends - p) / max(abs(direction), vec3(1e-6));
@@ -68,9 +68,9 @@ float transmittance(vec3 p, vec3 direction, int steps) {
   return exp(-stride * depth);
 }
 
-// What a bake without single scattering (--multiple-only) lacks, to be added to scattered_light():
-// light that comes straight from far away and is scattered once. towards_light: a unit vector;
-// irradiance: on a plane across it. With more than one light, once for each.
+// Single scattering of a distant light, per unit of extinction: for bakes with --multiple-only, add
+// it to scattered_light() once for each light. towards_light: a unit vector; irradiance: on a plane
+// perpendicular to it.
 vec3 scattered_once(vec3 p, vec3 direction, vec3 towards_light, vec3 irradiance, vec3 albedo,
                     float g, int steps) {
   return albedo * irradiance * henyey_greenstein(-dot(direction, towards_light), g)

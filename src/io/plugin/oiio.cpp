@@ -1,4 +1,4 @@
-// The only file with OpenImageIO; built as a module of its own, see io/module.h.
+// The only file that uses OpenImageIO. It is built as a separate module, see io/module.h.
 #include "io/plugin/oiio.h"
 
 #include <algorithm>
@@ -14,8 +14,8 @@
 
 namespace {
 
-/// \return OpenImageIO's name of a file's format, by how it begins; empty for what no sky is kept
-/// in. OpenImageIO itself would try dozens of readers one after the other, medical ones among them.
+/// \return OpenImageIO's name of a file's format, from its first bytes; empty for formats that
+/// environment maps do not use. OpenImageIO would try dozens of readers, even for medical images.
 std::string format_of(const char* path) {
   std::string head(10, '\0');
   head.resize(std::ifstream(path, std::ios::binary).read(head.data(), 10).gcount());
@@ -31,18 +31,18 @@ std::string format_of(const char* path) {
   return "";
 }
 
-/// What integers mean: 0 linear, 1 the sRGB curve, else a power.
+/// \return the transfer curve of integer pixels: see DecodedImage::curve.
 double curve_of(const OIIO::ImageSpec& spec) {
   if (spec.format.is_floating_point()) return 0;
   const double gamma = double{spec.get_float_attribute("oiio:Gamma", 0.0f)};
   const bool is_linear = spec.get_string_attribute("oiio:ColorSpace", "sRGB") == "Linear";
   if (is_linear) return 0;
-  // PNG writers say 1 / 2.2 where they mean the curve.
+  // PNG writers store a gamma of 1 / 2.2 for the sRGB curve.
   return gamma > 0 && std::abs(gamma - 2.2) > 0.05 ? gamma : 1;
 }
 
 /// \return the problem, empty for none.
-std::string read(const char* path, TyndallRoom* room, TyndallTell* tell, void* user) {
+std::string read(const char* path, TyndallRoom* room, TyndallTell* report, void* user) {
   const std::string format = format_of(path);
   if (format.empty()) return "of another format than .exr, .hdr, .png, .jpg, .tif or .pfm";
   const auto input = OIIO::ImageInput::create(format);
@@ -52,11 +52,11 @@ std::string read(const char* path, TyndallRoom* room, TyndallTell* tell, void* u
   if (spec.deep || spec.depth > 1 || spec.width < 1 || spec.height < 1 || spec.nchannels < 1)
     return "not a flat image";
   if (spec.get_string_attribute("textureformat").find("CubeFace") != std::string::npos)
-    return "a cube of six faces: write it by longitude and latitude";
+    return "a cube map of six faces: convert it to longitude and latitude";
   const std::string projection = spec.get_string_attribute("GPano:ProjectionType");
   if (!projection.empty() && projection != "equirectangular")
     return "a panorama of projection '" + projection.substr(0, 40)
-           + "': write it by longitude and latitude";
+           + "': convert it to longitude and latitude";
 
   TyndallImage image{};
   image.width = spec.width;
@@ -70,15 +70,15 @@ std::string read(const char* path, TyndallRoom* room, TyndallTell* tell, void* u
   const std::string profile = spec.get_string_attribute("ICCProfile:profile_description");
   std::string names;
   for (const std::string& name : spec.channelnames) names += (names.empty() ? "" : ", ") + name;
-  tell(user, "format", format == "pnm" ? "pfm" : format.c_str());
-  tell(user, "pixels", spec.format.c_str());
-  tell(user, "channels", names.c_str());
-  if (!profile.empty()) tell(user, "color profile", profile.c_str());
+  report(user, "format", format == "pnm" ? "pfm" : format.c_str());
+  report(user, "pixels", spec.format.c_str());
+  report(user, "channels", names.c_str());
+  if (!profile.empty()) report(user, "color profile", profile.c_str());
   if (spec.find_attribute("ICCProfile") && profile.find("sRGB") == std::string::npos)
-    tell(user, nullptr,
-         ("its color profile" + (profile.empty() ? "" : " '" + profile.substr(0, 60) + "'")
-          + " is not applied: its colors count as those of Rec. 709")
-             .c_str());
+    report(user, nullptr,
+           ("its color profile" + (profile.empty() ? "" : " '" + profile.substr(0, 60) + "'")
+            + " is not applied: its colors count as those of Rec. 709")
+               .c_str());
   float* const rgb = room(user, &image);
   if (rgb == nullptr) return "";
   const int channels = spec.nchannels < 3 ? 1 : 3;
@@ -88,18 +88,18 @@ std::string read(const char* path, TyndallRoom* room, TyndallTell* tell, void* u
       rgb[3 * i] = rgb[3 * i + 1] = rgb[3 * i + 2] = rgb[i];
   }
   if (input->seek_subimage(1, 0))
-    tell(user, nullptr, "it holds several images: the first one is taken");
+    report(user, nullptr, "it holds several images: the first one is used");
   return "";
 }
 
 }  // namespace
 
-int tyndall_read_image_2(const char* path, TyndallRoom* room, TyndallTell* tell, void* user,
+int tyndall_read_image_2(const char* path, TyndallRoom* room, TyndallTell* report, void* user,
                          char* message, std::size_t message_size) {
   std::string problem;
-  try {  // no exception may cross the border
+  try {  // no exception may cross the C interface
     OIIO::attribute("threads", 1);
-    problem = read(path, room, tell, user);
+    problem = read(path, room, report, user);
     if (problem.empty()) return 0;
   } catch (const std::bad_alloc&) {
     problem = "out of memory";
