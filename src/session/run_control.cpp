@@ -9,7 +9,7 @@
 namespace tyndall::session {
 
 RenderOptions RunControl::options() {
-  // The bounds are no result: without them there is nothing to keep.
+  // A run interrupted while it computes the bounds has nothing to keep.
   const auto has_result = std::make_shared<std::atomic<bool>>(false);
   RenderOptions options;
   options.progress = [this, has_result](const Progress& progress) {
