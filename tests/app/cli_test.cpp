@@ -563,7 +563,7 @@ TEST_F(ResumeTest, EndsAtALimitWithAPicture) {
   const Outcome limited =
       run(long_render({"--time-limit", "1s", "--report", "r.json"}, "1e9", "1e6"));
   EXPECT_EQ(limited.code, 0) << limited.err;
-  EXPECT_NE(limited.err.find("stopped by --time-limit 1s; what was written has photons 0:"),
+  EXPECT_NE(limited.err.find("stopped by --time-limit 1s; the output has photons 0:"),
             std::string::npos)
       << limited.err;
   EXPECT_NE(limited.err.find("limit    --time-limit 1s ended the render"), std::string::npos);
@@ -1034,7 +1034,7 @@ TEST_F(CliTest, StoppedBakesHaveThePhotonsSoFar) {
   ::kill(child, SIGINT);
   const Outcome outcome = wait(child);
   EXPECT_EQ(outcome.code, 130);
-  EXPECT_NE(outcome.err.find("what was written has"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("the output has"), std::string::npos) << outcome.err;
   EXPECT_TRUE(names().contains("light.raw"));
 }
 
