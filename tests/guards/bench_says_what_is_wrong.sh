@@ -17,7 +17,7 @@ refuses() {
   fi
 }
 refuses 2 "--table" --table 4
-refuses 2 "no row has such a name" --filter nothing
+refuses 2 "no row matches" --filter nothing
 refuses 2 "no regular expression" --filter '('
 refuses 2 "--repeats" --repeats 0
 refuses 2 "--seconds" --seconds 0
