@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# tyndall-bench: what it cannot do is said before anything is timed; what it writes has the promised keys.
+# tyndall-bench reports errors before it times anything, and its outputs have the promised keys.
 set -euo pipefail
 bench=${TYNDALL_BUILD_DIR:?}/tyndall-bench
 folder=$(mktemp -d)
