@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Tests the page of `tyndall bake -o cloud.html` in headless Chromium over its debugging pipe, with Python's standard library
-only. Compares the template with a small cloud with ray marching in Python, then a baked scene with its picture.
+"""Tests the page of `tyndall bake -o cloud.html` in headless Chromium over its debugging pipe, with Python's standard
+library only. Compares the template, with a small cloud, with ray marching in Python, then a baked scene with its picture.
 
     page_in_browser.py [SCENE PICTURE.png ...]     also saves pictures of baked scenes
 
