@@ -29,9 +29,9 @@ constexpr const char* examples = R"(Examples:
   tyndall render cloud.json -o cloud.exr -o cloud.png
   tyndall render cloud.json --photons 1e6 --samples 4 -D 'camera.resolution=[256,256]'
   tyndall validate cloud.json                        finds every error of a scene
-  tyndall info smoke.vdb                             lists grids, and what a scene writes to use them
+  tyndall info smoke.vdb                             lists grids, and a component for a scene
   tyndall convert cloud.json -o cloud.py             the scene for Mitsuba 3; cloud.pbrt: for pbrt-v4
-  tyndall render cloud.json --checkpoint cloud.tyn --resume     goes on after a crash or Ctrl-C
+  tyndall render cloud.json --checkpoint cloud.tyn --resume     resumes after a crash or Ctrl-C
   tyndall merge a.tyn b.tyn -o cloud.exr             adds up parts (--sample-range A:B -o a.tyn)
   tyndall bake cloud.json -o light.vdb               the light for other programs, beside the density
   tyndall defaults                                   lists every key of a scene with its default
@@ -87,7 +87,7 @@ Run on_first_rank(const Run& run) {
 ExitCode run(int argc, char** argv) {
   CLI::App app("Tyndall renders clouds, smoke and fog by shooting photons through them.",
                "tyndall");
-  app.set_version_flag("--version", version(), "Prints the version and what was compiled in");
+  app.set_version_flag("--version", version(), "Prints the version and the features of the build");
   app.require_subcommand(0, 1);
   std::map<std::string, Run> runs;
   for (const Command* command : commands) {
