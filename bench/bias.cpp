@@ -1,7 +1,7 @@
 /// \file
-/// tyndall-bias: how far the photons' pictures are from the path tracer's, on average over all
-/// noise, per scene, grid and bounces; or those of slabs from a deterministic reference, per phase
-/// function, optical depth and bounces: tables in Markdown.
+/// tyndall-bias: the bias of the photons' pictures against the path tracer's, with the noise
+/// averaged out, per scene, grid and bounces; or of slabs against a deterministic reference, per
+/// phase function, optical depth and bounces. Prints tables in Markdown.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -33,7 +33,7 @@ struct Options {
   std::vector<double> depths{0.1, 2, 10, 100}, gs{0, 0.5, 0.85, 0.95};
 };
 
-/// A picture of each seed.
+/// One picture per seed.
 using Replicates = std::vector<Picture>;
 
 Replicates replicates(Scene scene, int seeds, Backend& backend) {
@@ -47,7 +47,7 @@ double grey(const Picture& picture, std::size_t pixel) {
   return (double{rgba[0]} + double{rgba[1]} + double{rgba[2]}) / 3;
 }
 
-/// Mean of value(picture, pixel) over the replicates.
+/// \return the mean of value(picture, pixel) over the replicates.
 template <class Value>
 double mean(const Replicates& pictures, std::size_t pixel, const Value& value) {
   double sum = 0;
@@ -55,7 +55,7 @@ double mean(const Replicates& pictures, std::size_t pixel, const Value& value) {
   return sum / static_cast<double>(pictures.size());
 }
 
-/// Of some pixels.
+/// \return the grey values of `pixels` in each picture.
 test::Replicates greys(const Replicates& pictures, const std::vector<std::size_t>& pixels) {
   test::Replicates out;
   for (const Picture& picture : pictures) {
@@ -72,7 +72,7 @@ Bias bias(const Replicates& photons, const Replicates& paths,
   return test::bias(greys(photons, pixels), greys(paths, pixels));
 }
 
-/// Below its noise the RMS is not known, but for a limit (two standard deviations).
+/// Prints the RMS, or an upper limit (two standard deviations) if the RMS is below its noise.
 void print_rms(const Bias& b) {
   if (b.square.value > 2 * b.square.error) {
     const double rms = std::sqrt(b.square.value);
@@ -83,27 +83,28 @@ void print_rms(const Bias& b) {
   }
 }
 
-/// Of all pixels, of those that are covered, and of the brighter and the darker half of these.
+/// Prints the bias of all pixels, of the covered ones, and of the brighter and the darker half of
+/// the covered ones.
 void print_row(const std::string& name, const Replicates& photons, const Replicates& paths) {
   const auto alpha = [](const Picture& picture, std::size_t p) {
     return double{picture.rgba[4 * p + 3]};
   };
   std::vector<std::pair<double, std::size_t>> covered;
-  std::vector<std::size_t> all, matter;
+  std::vector<std::size_t> all, cloud;
   for (std::size_t p = 0; p < paths[0].rgba.size() / 4; ++p) {
     all.push_back(p);
     if (mean(paths, p, alpha) > 0.5) covered.emplace_back(-mean(paths, p, grey), p);
   }
-  if (covered.size() < 2) throw Error(ExitCode::usage, name + ": no pixels with matter");
+  if (covered.size() < 2) throw Error(ExitCode::usage, name + ": no pixels with cloud");
   std::sort(covered.begin(), covered.end());
   std::vector<std::size_t> halves[2];
   for (std::size_t i = 0; i < covered.size(); ++i) {
-    matter.push_back(covered[i].second);
+    cloud.push_back(covered[i].second);
     halves[2 * i < covered.size() ? 0 : 1].push_back(covered[i].second);
   }
   std::printf("| %s |", name.c_str());
   print_rms(bias(photons, paths, all));
-  print_rms(bias(photons, paths, matter));
+  print_rms(bias(photons, paths, cloud));
   for (const std::vector<std::size_t>& half : halves) {
     const Bias b = bias(photons, paths, half);
     print_rms(b);
@@ -113,7 +114,7 @@ void print_row(const std::string& name, const Replicates& photons, const Replica
   std::fflush(stdout);
 }
 
-/// Along the longest edge of the box, cubes.
+/// \return the size of a grid of cubical cells, `resolution` along the longest edge of the box.
 std::array<int, 3> grid_of(const Scene& scene, int resolution) {
   const glm::dvec3 extent = scene.medium.box_max - scene.medium.box_min;
   const double longest = std::max({extent.x, extent.y, extent.z});
@@ -123,7 +124,8 @@ std::array<int, 3> grid_of(const Scene& scene, int resolution) {
   return {along(extent.x), along(extent.y), along(extent.z)};
 }
 
-/// A slab of albedo 1 in the sun, seen along its direction. \param cells across it, 0: the default
+/// A slab of albedo 1 under a directional light, seen along the light's direction. \param cells
+/// across it, 0: the default
 Scene slab(double depth, double g, int cells) {
   Scene scene;
   scene.medium.sides = {scene::Side::periodic, scene::Side::periodic, scene::Side::open};
@@ -140,7 +142,7 @@ Scene slab(double depth, double g, int cells) {
   return scene;
 }
 
-/// The bias of the mean radiance, and error^2 x CPU-s of a pixel of one picture [1e-3 s].
+/// Prints the bias of the mean radiance, and error^2 x CPU-s of a pixel of one picture [1e-3 s].
 void print_slab(const Scene& scene, double exact, int seeds, Backend& backend) {
   const std::clock_t begin = std::clock();
   const Replicates pictures = replicates(scene, seeds, backend);
@@ -164,7 +166,7 @@ void print_slab(const Scene& scene, double exact, int seeds, Backend& backend) {
   std::fflush(stdout);
 }
 
-/// Slabs against the doubling of layers.
+/// Compares slabs with the adding-doubling method.
 void print_slabs(const Options& options, Backend& backend) {
   std::printf("| optical depth, g |");
   for (const int bounces : options.bounces) std::printf(" %d bounces |", bounces);
@@ -198,8 +200,8 @@ int run(int argc, char** argv) {
   CLI::App app("Bias of the photons' pictures against the path tracer's, as a table in Markdown.",
                "tyndall-bias");
   auto* scenes = app.add_option("scenes", options.scenes, "scene files");
-  auto* slabs = app.add_flag("--slabs", options.slabs,
-                             "slabs that scatter by Henyey-Greenstein, against a reference");
+  auto* slabs =
+      app.add_flag("--slabs", options.slabs, "Henyey-Greenstein slabs against a reference");
   scenes->excludes(slabs);
   app.add_option("--depths", options.depths, "optical depths of the slabs")
       ->delimiter(',')
@@ -210,12 +212,16 @@ int run(int argc, char** argv) {
   app.add_option("--grids", options.grids,
                  "cells along the longest edge, 0: the scene's own; the first counts for slabs")
       ->delimiter(',');
-  app.add_option("--bounces", options.bounces, "before the grid is read")->delimiter(',');
-  app.add_option("--seeds", options.seeds, "each a picture of both")->check(CLI::Range(3, 1000));
-  app.add_option("--width", options.width, "of the pictures [pixel]")->check(CLI::Range(4, 4096));
-  app.add_option("--photons", options.photons, "per seed");
-  app.add_option("--samples", options.samples, "per pixel and seed, photons' pictures");
-  app.add_option("--path-samples", options.path_samples, "the same, paths' pictures");
+  app.add_option("--bounces", options.bounces, "camera bounces before the grid is read")
+      ->delimiter(',');
+  app.add_option("--seeds", options.seeds, "pictures of each kind")->check(CLI::Range(3, 1000));
+  app.add_option("--width", options.width, "width of the pictures [pixel]")
+      ->check(CLI::Range(4, 4096));
+  app.add_option("--photons", options.photons, "photons per seed");
+  app.add_option("--samples", options.samples,
+                 "samples per pixel and seed of the photons' pictures");
+  app.add_option("--path-samples", options.path_samples,
+                 "samples per pixel and seed of the paths' pictures");
   CLI11_PARSE(app, argc, argv);
   if (options.scenes.empty() && !options.slabs)
     throw Error(ExitCode::usage, "expected scene files, or --slabs");

@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
-"""Tyndall and Mitsuba 3 on one cloud: error against a reference, and processor seconds.
+"""Compares Tyndall and Mitsuba 3 on one cloud: error against a reference, and processor seconds.
 
 Makes a scene of a cube of densities (sigma_t = SCALE x density, isotropic, before a point light of
-10 W/sr), renders it with each of the settings and seeds, interleaved, so that other load on the machine
-affects all of them alike, and prints a table. CPU is user seconds of the whole process and its
-children, set-up included. Error is the root mean square of picture minus reference over the
-mean of the reference, the reference's own noise removed; error^2 x CPU is a renderer's cost for a
-given error, whatever the number of its samples, as long as the error is noise.
+10 W/sr), renders it with each of the settings and seeds, and prints a table. The runs are interleaved,
+so that other load on the machine affects all settings alike. CPU is user seconds of the whole process
+and its children, set-up included. Error is the root mean square of picture minus reference over the
+mean of the reference, with the reference's own noise removed. As long as the error is noise,
+error^2 x CPU is a renderer's cost for a given error, independent of the number of samples.
 
   bench/compare.py --grid cloud.npy --reference reference.npz --work /tmp/compare \\
       --tyndall='-D integrator=path --samples 16' --tyndall='--photons 1e6 --samples 16' --mitsuba 4
 
-It needs numpy, and with --mitsuba the package mitsuba (pip install mitsuba numpy): docs/comparison.md."""
+It requires numpy, and with --mitsuba the package mitsuba (pip install mitsuba numpy): docs/comparison.md."""
 import argparse
 import json
 import os
@@ -29,24 +29,25 @@ def arguments():
     parser.add_argument("--grid", required=True, metavar="FILE",
                         help="densities of n^3 voxels of the unit cube, x fastest: .npy, or raw 32-bit floats")
     parser.add_argument("--reference", required=True, metavar="FILE",
-                        help=".npz: img (height x width), rel_err (of its own noise)")
-    parser.add_argument("--work", required=True, metavar="FOLDER", help="for scene, grids and pictures")
+                        help=".npz: img (height x width), rel_err (relative error of its noise)")
+    parser.add_argument("--work", required=True, metavar="FOLDER", help="folder for scene, grids and pictures")
     parser.add_argument("--scale", type=float, default=270, help="extinction at density 1 (270)")
-    parser.add_argument("--albedo", type=float, default=0.99, help="(0.99)")
+    parser.add_argument("--albedo", type=float, default=0.99, help="single-scattering albedo (0.99)")
     parser.add_argument("--seeds", type=int, default=3, metavar="N", help="runs of each setting (3)")
     parser.add_argument("--tyndall", action="append", default=[], metavar="OPTIONS",
                         help="options of `tyndall render`; may be repeated, one setting each")
     parser.add_argument("--mitsuba", action="append", default=[], type=int, metavar="SPP",
                         help="samples per pixel of Mitsuba; may be repeated")
-    parser.add_argument("--mitsuba-seeds", type=int, metavar="N", help="runs of each of those (as --seeds)")
-    parser.add_argument("--variant", default="scalar_rgb", help="of Mitsuba (scalar_rgb)")
-    parser.add_argument("--python", default=sys.executable, metavar="FILE", help="that has Mitsuba (this one)")
+    parser.add_argument("--mitsuba-seeds", type=int, metavar="N", help="runs of each --mitsuba (as --seeds)")
+    parser.add_argument("--variant", default="scalar_rgb", help="variant of Mitsuba (scalar_rgb)")
+    parser.add_argument("--python", default=sys.executable, metavar="FILE",
+                        help="Python interpreter with Mitsuba (this one)")
     parser.add_argument("--binary", default=os.path.join(ROOT, "build/release/tyndall"), metavar="FILE",
                         help="tyndall (build/release/tyndall)")
-    parser.add_argument("--json", metavar="FILE", help="all runs, too")
+    parser.add_argument("--json", metavar="FILE", help="writes all runs")
     parser.add_argument("--sheet", metavar="FILE.png",
-                        help="the reference and each setting's picture of seed 1, and below them what they differ by: "
-                        "red too bright, blue too dark, in full where it is the mean of the picture (needs pillow)")
+                        help="writes the reference and each setting's picture of seed 1 above their differences: "
+                        "red too bright, blue too dark, saturated at the mean of the reference (needs pillow)")
     return parser.parse_args()
 
 
@@ -72,16 +73,16 @@ def make_scene(a, size):
 def user_seconds(command):
     """Runs a command; returns the user CPU seconds of it and its children."""
     process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-    words = process.stderr.read()
+    messages = process.stderr.read()
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode != 0:
-        sys.exit(f"{shlex.join(command)}: exit code {process.returncode}\n{words}")
+        sys.exit(f"{shlex.join(command)}: exit code {process.returncode}\n{messages}")
     return usage.ru_utime
 
 
 def green(path):
-    """The green channel, rows from the top, of a .npy or .pfm picture."""
+    """Returns the green channel of a .npy or .pfm picture, rows from the top."""
     if path.endswith(".npy"):
         return np.load(path)[..., 1].astype(np.float64)
     with open(path, "rb") as file:
@@ -94,7 +95,7 @@ def green(path):
 
 
 def save_sheet(path, reference, pictures):
-    """Pictures in a row, the reference first, above their differences from it."""
+    """Saves the pictures in a row, the reference first, above their differences from it."""
     from PIL import Image
     exposure = np.quantile(reference[reference > 0], 0.98)
     part = tuple(slice(lit.min(), lit.max() + 1) for lit in np.nonzero(reference > 0.01 * exposure))

@@ -1,11 +1,11 @@
-// What strict arithmetic costs: the kernel of `tyndall`, compiled with --use_fast_math.
+// The kernel of `tyndall` compiled with --use_fast_math, to measure the cost of strict arithmetic.
 #include "cuda_row.cuh"
 #include "cuda_rows.h"
 
 namespace tyndall::bench {
 namespace {
 
-/// Another type, so that the linker takes its kernel for another.
+/// A separate type, so that the linker keeps its kernel apart from that of SuperVoxel.
 struct FastMath : SuperVoxel {};
 
 }  // namespace

@@ -1,5 +1,5 @@
 /// \file
-/// A sampler on a CUDA device, as a row.
+/// A row of the benchmark that runs a sampler on a CUDA device.
 #pragma once
 
 #include <chrono>
@@ -51,7 +51,7 @@ class CudaRow final : public Row {
     Sample sample;
     sample.photons = count;
     const auto start = std::chrono::steady_clock::now();
-    // The media of the tables.
+    // The tables have media of these two types only.
     if (const auto* cloud = std::get_if<SingleMedium<NoiseCloud>>(&copy)) shoot(*cloud);
     if (const auto* fog = std::get_if<MixedMedium>(&copy)) shoot(*fog);
     sample.seconds =
@@ -68,7 +68,7 @@ class CudaRow final : public Row {
   IlluminationCells cells_ = scene_.cells;
   std::vector<std::int64_t> sums_;
   Scratch scratch_;
-  Pace pace_{1 << 14, 1 << 28};  // kept from run to run: launches are as large as they may be
+  Pace pace_{1 << 14, 1 << 28};  // kept between runs, so that launches grow to the largest size
 };
 
 }  // namespace tyndall::bench

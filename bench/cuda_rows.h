@@ -1,5 +1,5 @@
 /// \file
-/// The methods as published, on a CUDA device.
+/// The published samplers on a CUDA device.
 #pragma once
 
 #include <memory>
@@ -9,11 +9,12 @@
 
 namespace tyndall::bench {
 
-/// One thread a photon, as was usual then; defined where there is a CUDA compiler. \throws
-/// Error(device)
+/// \return rows with one thread per photon, as was usual in 2011. Defined only in builds with CUDA.
+/// \throws Error(device)
 std::vector<std::unique_ptr<Row>> published_cuda_rows(Stage& stage);
 
-/// `tyndall` with fused, approximate and flushed arithmetic: other bits, to compare the time.
+/// \return `tyndall` with fused, approximate and flushed arithmetic: its bits differ; it compares
+/// the time.
 std::unique_ptr<Row> fast_math_cuda_row(Stage& stage);
 
 }  // namespace tyndall::bench

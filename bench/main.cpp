@@ -28,7 +28,7 @@ std::string row_name(const Case& c, const std::string& sampler) {
   return fmt::format("table{}/{}/{}", c.table, title(c), sampler);
 }
 
-/// The rate that ratios are taken of: the fastest variant of the paper's method.
+/// \return the denominator of the ratios: the rate of the fastest variant of the paper's method.
 double published(const std::vector<Result>& results) {
   double best = 0;
   for (const Result& r : results)
@@ -100,7 +100,7 @@ bool is_on(bool cpu, std::string_view sampler) {
   return !sampler.ends_with("squeezed") && sampler != "tyndall/avx2";
 }
 
-/// A number that may be written 1e4; not a number is none.
+/// Accepts a number in [low, high], such as 1e4; rejects NaN.
 CLI::Validator number(double low, double high) {
   return {[=](std::string& text) -> std::string {
             double x = 0;
@@ -121,18 +121,20 @@ int run(int argc, char** argv) {
   bool list = false;
   app.add_option("--table", table, "1, 2, 3 or all")->check(CLI::IsMember({"1", "2", "3", "all"}));
   double photons = 0;
-  app.add_option("--photons", photons, "per row and repeat (default, or 0: what fits the time)")
+  app.add_option("--photons", photons,
+                 "photons per row and repeat (0, the default: as many as fit the time)")
       ->check(number(0, 1e11));
-  app.add_option("--seconds", options.seconds, "per row (default 2)")->check(number(1e-3, 1e6));
-  app.add_option("--repeats", options.repeats, "interleaved (default 5)")
+  app.add_option("--seconds", options.seconds, "time per row (default 2)")
+      ->check(number(1e-3, 1e6));
+  app.add_option("--repeats", options.repeats, "interleaved repeats (default 5)")
       ->check(CLI::Range(1, 1000));
-  app.add_option("--threads", options.threads, "0: one per hardware thread (default 1)")
+  app.add_option("--threads", options.threads, "threads; 0: one per hardware thread (default 1)")
       ->check(CLI::Range(0, 4096));
   app.add_option("--device", options.device, "cpu or cuda")->check(CLI::IsMember({"cpu", "cuda"}));
-  app.add_option("--filter", filter, "only rows whose name this regular expression finds");
+  app.add_option("--filter", filter, "only rows whose name matches this regular expression");
   app.add_option("--json", json_file, "write the rows as JSON");
   app.add_option("--html", html_file, "write a page with plots");
-  app.add_flag("--list", list, "print the names of the rows and end");
+  app.add_flag("--list", list, "print the names of the rows and exit");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -151,7 +153,7 @@ int run(int argc, char** argv) {
     throw Error(ExitCode::usage, fmt::format("--filter: '{}' is no regular expression", filter));
   }
 
-  // Before anything is timed: what cannot be written is said now.
+  // Reports unwritable outputs before any timing.
   std::optional<io::OutputFile> json_output, html_output;
   if (!list && !json_file.empty()) json_output.emplace(json_file);
   if (!list && !html_file.empty()) html_output.emplace(html_file);
@@ -185,7 +187,7 @@ int run(int argc, char** argv) {
     results.insert(results.end(), own.begin(), own.end());
   }
   if (list) return 0;
-  if (results.empty()) throw Error(ExitCode::usage, "no row has such a name");
+  if (results.empty()) throw Error(ExitCode::usage, "--filter, --table: no row matches");
   if (json_output) json_output->write(json(results)), json_output->commit();
   if (html_output) html_output->write(page(results)), html_output->commit();
   return 0;

@@ -30,7 +30,7 @@ double z(const Mean& a, const Mean& b) {
   return variance > 0 ? (a.value - b.value) / std::sqrt(variance) : (a.value == b.value ? 0 : 99);
 }
 
-/// Scatterings per photon of a row, from photons of its own.
+/// \return scatterings per photon of a row, for photons from `begin` on.
 Mean scatterings(Row& row, std::uint64_t begin) {
   constexpr int batches = 32;
   constexpr std::uint64_t photons = 256;  // of a batch
@@ -45,9 +45,9 @@ Mean scatterings(Row& row, std::uint64_t begin) {
 }
 
 double escaped(const FirstFlight& f) { return f.collided ? 0.0 : 1.0; }
-double way(const FirstFlight& f) { return f.length; }
+double distance(const FirstFlight& f) { return f.length; }
 
-constexpr double most_z = 4.5;  // some hundred comparisons: 1 in 1000 runs
+constexpr double most_z = 4.5;  // some hundred comparisons: a false alarm in 1 of 1000 runs
 
 std::uint64_t tally_hash(Row& row, std::uint64_t photons) {
   const Sample sample = row.run(0, photons);
@@ -83,14 +83,14 @@ Verdict check(Stage& stage, const std::string& device) {
   for (const char* row :
        {"woodcock", "woodcock_squeezed", "super_voxel_2011/32", "super_voxel_2011/64", "tyndall"}) {
     const std::vector<FirstFlight> own = first_flights(stage, row, flights, ++seed);
-    const double z_way = z(mean(own, way), mean(reference, way));
+    const double z_distance = z(mean(own, distance), mean(reference, distance));
     const double z_escape = z(mean(own, escaped), mean(reference, escaped));
-    say(std::abs(z_way) < most_z && std::abs(z_escape) < most_z,
+    say(std::abs(z_distance) < most_z && std::abs(z_escape) < most_z,
         fmt::format("{}: first flights of {:.5f}, {:.4f} escape; z = {:.2f}, {:.2f}", row,
-                    mean(own, way).value, mean(own, escaped).value, z_way, z_escape));
+                    mean(own, distance).value, mean(own, escaped).value, z_distance, z_escape));
   }
 
-  // Whole photons, of the very rows that are timed.
+  // Whole photons of the rows that are timed.
   const std::unique_ptr<Row> plain = reference_of_render(stage);
   const Mean usual = scatterings(*plain, 0);
   const std::uint64_t plain_hash = tally_hash(*plain, 20000);
@@ -108,8 +108,9 @@ Verdict check(Stage& stage, const std::string& device) {
                       row->name()));
   }
 
-  // Steps: their number grows with the resolution, so fewer photons. The depth that a photon with
-  // the depth T before it travels is min(tau, T), with the mean 1 - exp(-T).
+  // Ray marching: the number of steps grows with the resolution, so there are fewer photons. A
+  // photon travels the depth min(tau, T), where T is the depth of the whole ray; the mean is
+  // 1 - exp(-T).
   const auto steps = static_cast<std::uint64_t>(std::max(400, (1 << 21) >> stage.which.octaves));
   const std::vector<FirstFlight> marched = first_flights(stage, "ray_marching", steps, 31);
   double gone = 0, expected = 0, variance = 0;
@@ -153,7 +154,7 @@ std::vector<Result> measure(Stage& stage, const Options& options,
     r.result.device = options.device;
     r.result.threads = options.threads;
     r.result.paper = paper_rate(stage.which, r.grey->name());
-    // A warm-up that doubles until it takes long enough to say how many photons fit the time.
+    // Warms up, doubling the photons until the time is long enough to estimate how many fit.
     if (r.photons == 0) {
       std::uint64_t trial = 8;
       Sample s = r.grey->run(0, trial);

@@ -1,5 +1,5 @@
 /// \file
-/// Correct first, then fast: checks and timings of the rows of a case.
+/// Checks and times the rows of a case.
 #pragma once
 
 #include <functional>
@@ -11,7 +11,7 @@
 namespace tyndall::bench {
 
 struct Options {
-  std::uint64_t photons = 0;  ///< per row and repeat; 0: what fits the time
+  std::uint64_t photons = 0;  ///< per row and repeat; 0: as many as fit the time
   double seconds = 2;         ///< per row, over all repeats
   int repeats = 5;
   int threads = 1;
@@ -36,18 +36,18 @@ struct Result {
   double per_real(Audit::Count count) const;
 };
 
-/// What a check found.
+/// The result of a check.
 struct Verdict {
   bool agree = true;
   std::vector<std::string> lines;
 };
 
-/// Do the unbiased samplers agree in the length and the escape probability of first flights, do the
-/// rows of `device` agree in the scatterings of whole photons, does `tyndall` leave the tally of
-/// its reference bit for bit, does ray marching follow its own steps?
+/// Checks that the unbiased samplers agree in the length and the escape probability of first
+/// flights, that the rows of `device` agree in scatterings per photon, that the tally of `tyndall`
+/// equals that of its reference bit for bit, and that ray marching agrees with its own quadrature.
 Verdict check(Stage& stage, const std::string& device);
 
-/// Times the rows `wanted`, their repeats interleaved.
+/// Times the rows that `wanted` selects, with interleaved repeats.
 std::vector<Result> measure(Stage& stage, const Options& options,
                             const std::function<bool(const std::string&)>& wanted);
 

@@ -45,7 +45,7 @@ const std::vector<Case>& cases() {
     std::vector<Case> list;
     for (const PaperRow& row : paper)
       list.push_back({row.table, row.scene, row.octaves, row.table == 3 ? 64 : 16});
-    // The paper's second table is of its low-variation cloud; the same for the other one.
+    // The paper's second table has only its low-variation cloud; this adds the other one.
     for (const int octaves : {8, 9, 11, 13, 15}) list.push_back({2, "HV", octaves, 16});
     return list;
   }();

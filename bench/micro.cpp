@@ -1,5 +1,5 @@
 /// \file
-/// tyndall-micro: what a photon spends its time on, piece by piece, on one thread. Google
+/// tyndall-micro: times the parts of a photon's walk one by one on one thread, with Google
 /// Benchmark.
 #include <array>
 #include <cstddef>
@@ -25,12 +25,12 @@
 namespace tyndall::bench {
 namespace {
 
-/// More than a branch predictor learns by heart.
+/// More inputs than a branch predictor can memorise.
 constexpr std::size_t inputs = 16384;
 
 constexpr std::uint64_t seed = 34;
 
-/// What the pieces are given: read from memory, so that the compiler folds nothing.
+/// Inputs of the parts, read from memory so that the compiler cannot fold them.
 struct Inputs {
   std::array<Vec3f, inputs> point, direction, weight;
   std::array<RandomBlock, inputs> drawn;
@@ -50,7 +50,7 @@ struct Inputs {
 
 const Inputs in;
 
-/// Times piece(i) for all inputs. One item is one call.
+/// Times piece(i) for all inputs. An item is a call.
 template <class Piece>
 void each(benchmark::State& state, const Piece& piece) {
   for ([[maybe_unused]] auto _ : state)
@@ -60,15 +60,15 @@ void each(benchmark::State& state, const Piece& piece) {
 
 // ---- Noise
 
-/// At the scale of the fifth octave: neighbours share no cell.
+/// \return input `i` at the scale of the fifth octave: successive points share no cell.
 Vec3f on_octave(std::size_t i) { return 32.0f * in.point[i]; }
 
 void noise_octave(benchmark::State& state) {
   each(state, [](std::size_t i) { return gradient_noise(on_octave(i), in.drawn[0].a); });
 }
 
-/// The loop of the lanes (src/host/lane_stages.cpp) for the instruction set of the whole program,
-/// which the lanes need not be content with.
+/// The loop of the lanes (src/host/lane_stages.cpp), compiled for the instruction set of the whole
+/// program; the lanes may use a wider one.
 [[gnu::flatten]] void octave(const float* x, const float* y, const float* z, float* noise) {
   const std::uint32_t octave_seed = in.drawn[0].a;
   for (std::size_t i = 0; i < inputs; ++i)
@@ -95,8 +95,8 @@ void noise_12_octaves(benchmark::State& state) {
 
 // ---- Media
 
-/// A cloud of the tables at 4096^3 with the super-voxels of `render`, and tentative collisions in
-/// it that the bounds do not decide.
+/// A cloud of the tables at 4096^3 with the super-voxels of `render`, and tentative collisions that
+/// its bounds do not decide.
 struct Cloud {
   explicit Cloud(const char* name) : scene(prepare_case({1, name, 12, 16}, 0, thread_count(0))) {
     const float extinction = medium.single.extinction;
@@ -119,7 +119,7 @@ struct Cloud {
   std::vector<float> v;
 };
 
-/// Benchmarks are called several times: prepared once, by the first that wants it.
+/// The clouds are prepared once: Google Benchmark calls each benchmark several times.
 const Cloud& low_variation() {
   static const Cloud cloud("LV");
   return cloud;
@@ -156,7 +156,7 @@ void density_grid_trilinear(benchmark::State& state) {
   each(state, [&](std::size_t i) { return grid.density(in.point[i]); });
 }
 
-/// 256^3 voxels of noise in a NanoVDB tree, 68 MB: what a simulation leaves.
+/// 256^3 voxels of noise in a NanoVDB tree, 68 MB, like the output of a simulation.
 const Volume& stored_cloud() {
   static const auto volume = [] {
     constexpr int n = 256;
@@ -178,13 +178,13 @@ const Volume& stored_cloud() {
   return *volume;
 }
 
-/// Anywhere in the cloud: the nodes come from beyond the caches.
+/// Look-ups at random points: the nodes are not in the caches.
 void density_sparse_trilinear(benchmark::State& state) {
   const SparseGrid grid = stored_cloud().view();
   each(state, [&](std::size_t i) { return grid.density(254.0f * in.point[i]); });
 }
 
-/// Along rays, `stride` voxels apart, from the nodes of the look-up before.
+/// Look-ups along rays, `stride` voxels apart; `reuse`: with the nodes of the previous look-up.
 void density_sparse_along_rays(benchmark::State& state, float stride, bool reuse) {
   const SparseGrid grid = stored_cloud().view();
   TreeNodes nodes;
@@ -195,7 +195,7 @@ void density_sparse_along_rays(benchmark::State& state, float stride, bool reuse
   });
 }
 
-/// Rays through the whole box; an item is a super-voxel, of 32^3.
+/// Rays through the whole box. An item is one of 32^3 super-voxels.
 void walk_cell(benchmark::State& state) {
   const MajorantGrid& grid = low_variation().medium.super_voxels;
   std::int64_t cells = 0;
@@ -239,7 +239,7 @@ void phase_sample(benchmark::State& state, Phase phase) {
 
 // ---- The tally
 
-/// A photon's weight into one of 64^3 cells, all over the box.
+/// Adds a photon's weight to one of 64^3 cells, at random points of the box.
 void deposit(benchmark::State& state, int order, int channels) {
   IlluminationCells cells;
   cells.nx = cells.ny = cells.nz = 64;
@@ -257,9 +257,9 @@ void deposit(benchmark::State& state, int order, int channels) {
 
 // ---- The scheduler of the GPU's lanes, in an emulated warp
 
-/// Photons through a cloud. What is told is not the time, but how often the warp has to do each
-/// piece of work for a photon, and for what share of its lanes; and the instructions that a GPU
-/// would issue to it by that, with estimates of those of each piece.
+/// Photons through a cloud. Reports no time, but how often the warp executes each stage per photon
+/// and with which fraction of its lanes, and from these the instructions that a GPU would issue,
+/// with estimated instructions per stage.
 void warp_shoots(benchmark::State& state, const Cloud& (*prepared)()) {
   using Pass = ShootPass<SingleMedium<NoiseCloud>, SuperVoxel>;
   const PreparedScene& scene = prepared().scene;
@@ -292,7 +292,7 @@ void warp_shoots(benchmark::State& state, const Cloud& (*prepared)()) {
           static_cast<double>(use.lanes) / (issued * Warp<Pass>::lanes);
       instructions += issued * (estimates[i] + choice / at_once);
     }
-    constexpr double begin = 700.0 / Warp<Pass>::lanes;  // apart, with all lanes busy
+    constexpr double begin = 700.0 / Warp<Pass>::lanes;  // another kernel, all lanes busy
     state.counters["instructions/photon"] = begin + instructions / double{photons};
   }
 }

@@ -21,14 +21,14 @@ std::string color(const std::string& sampler) {
   return found == colors.end() ? "#000" : found->second;
 }
 
-/// Three digits: 683 k.
+/// \return the value with three digits: "683 k".
 std::string short_number(double value) {
   if (value >= 999.5e3) return fmt::format("{:.3g} M", value / 1e6);
   if (value >= 999.5) return fmt::format("{:.3g} k", value / 1e3);
   return fmt::format("{:.3g}", value);
 }
 
-/// Whole decades, logarithmic, between two places of the drawing [px].
+/// A logarithmic axis of whole decades between two coordinates of the drawing [px].
 struct Axis {
   double low, high;  ///< powers of 10
   double from, to;
@@ -43,8 +43,8 @@ struct Axis {
   }
 };
 
-/// What makes the paper's rates, which are of a GPU of its day, comparable: its super-voxels count
-/// as much as ours in the first row that has both. 0 where none has.
+/// \return the factor of the paper's rates, which are of a GPU of 2011: it makes the rates of
+/// super-voxels equal in the first row that has both. 0 if none has.
 double paper_scale(const std::vector<Result>& rows) {
   for (const Result& r : rows)
     if (r.sampler == "super_voxel_2011" && r.paper > 0)
@@ -52,7 +52,7 @@ double paper_scale(const std::vector<Result>& rows) {
   return 0;
 }
 
-/// From the slowest to the fastest, the paper's included.
+/// \return the least and the greatest rate, the paper's included.
 std::pair<double, double> extremes(const std::vector<Result>& rows) {
   double least = 1e300, most = 0;
   const double scale = paper_scale(rows);
@@ -93,7 +93,7 @@ std::string polyline(const std::string& points, const std::string& stroke, const
   return fmt::format("<polyline points='{}' fill='none' stroke='{}' {}/>", points, stroke, style);
 }
 
-/// One case: a bar for each sampler.
+/// \return a bar for each sampler of one case.
 std::string bars(const std::vector<Result>& rows) {
   constexpr double step = 24;
   const double bottom = 4 + step * static_cast<double>(rows.size());
@@ -122,7 +122,8 @@ std::string bars(const std::vector<Result>& rows) {
   return svg + "</svg>";
 }
 
-/// Photons per second over the effective resolution, both logarithmic: a line for each sampler.
+/// \return photons per second over the effective resolution, both logarithmic, as a line for each
+/// sampler.
 std::string scaling(const std::vector<Result>& rows) {
   const auto [least, most] = extremes(rows);
   const Axis y(least, most, 300, 24);

@@ -8,8 +8,8 @@
 
 namespace tyndall::bench {
 
-/// \return one self-contained HTML page: bars, and for the second table photons per second over the
-/// resolution, with the paper's figures. Expects at least one result.
+/// \return a self-contained HTML page: bars, and for the second table photons per second over the
+/// resolution, with the paper's figures. \pre `results` is not empty
 std::string page(const std::vector<Result>& results);
 
 }  // namespace tyndall::bench

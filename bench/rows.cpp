@@ -11,7 +11,7 @@
 namespace tyndall::bench {
 namespace {
 
-/// A sampler on the reference pass, one photon after the other.
+/// Runs a sampler in the reference pass, one photon after the other.
 template <class Sampler>
 class ReferenceRow final : public Row {
  public:
@@ -54,7 +54,7 @@ class ReferenceRow final : public Row {
   std::vector<std::int64_t> sums_;
 };
 
-/// What `tyndall render` does.
+/// Shoots photons as `tyndall render` does.
 class BackendRow final : public Row {
  public:
   BackendRow(std::string name, Stage& stage, std::unique_ptr<Backend> backend)

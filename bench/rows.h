@@ -1,6 +1,6 @@
 /// \file
-/// The rivals, and what it takes to run them: all shoot the same photons through the same medium
-/// into the same tally.
+/// The samplers of the benchmark. All shoot the same photons through the same medium into the same
+/// tally.
 #pragma once
 
 #include <memory>
@@ -21,10 +21,10 @@ struct Stage {
   PreparedScene scene16, scene32, scene64, usual;  ///< by super-voxels per axis; `usual`: render's
 };
 
-/// [length]
+/// \return the edge of the finest voxel [length].
 float finest_voxel(const Case& which);
 
-/// What a run of photons took.
+/// The result of a run of photons.
 struct Sample {
   Account account;
   std::uint64_t photons = 0;
@@ -42,14 +42,15 @@ class Row {
   virtual void store_color() = 0;
 };
 
-/// Rows of a case, the paper's first. Empty where `device` cannot run it.
+/// \return the rows of a case, the paper's first; empty if `device` is not the processor and the
+/// build has no CUDA.
 std::vector<std::unique_ptr<Row>> rows_of(Stage& stage, const std::string& device);
 
-/// The plain walk, photon by photon, over the super-voxels that `tyndall render` uses: what it must
-/// equal bit for bit, and what it is without lanes.
+/// \return the scalar walk, photon by photon, over the super-voxels of `tyndall render`. Their
+/// tallies are equal bit for bit; the ratio of their rates is the gain of the lanes.
 std::unique_ptr<Row> reference_of_render(const Stage& stage);
 
-/// One first flight of a photon: where its row would take it.
+/// The first flight of a photon.
 struct FirstFlight {
   bool collided;
   double length;  ///< [length]
@@ -57,8 +58,8 @@ struct FirstFlight {
 std::vector<FirstFlight> first_flights(const Stage& stage, const std::string& row,
                                        std::uint64_t count, std::uint64_t seed);
 
-/// Optical depth before photon `index`, as far as `most` or to the other side: of the steps of ray
-/// marching, or of `refine` times finer ones.
+/// \return the optical depth along the first ray of photon `index`, up to the distance `most` or to
+/// the exit, integrated with the steps of ray marching or `refine` times finer ones.
 double marched_depth(const Stage& stage, std::uint64_t index, std::uint64_t seed, int refine,
                      double most = 1e30);
 

@@ -1,5 +1,5 @@
 /// \file
-/// The methods as published [SzirmayKalos2011]: every tentative collision evaluates the density.
+/// The samplers as published [SzirmayKalos2011]: every tentative collision evaluates the density.
 #pragma once
 
 #include "tyndall/transport/walk.h"

@@ -2,8 +2,8 @@
 """Writes the phase function of a cloud's droplets, for "phase": {"type": "tabulated", "file": ...}.
 
 Mie scattering by spheres of water [BohrenHuffman1983], averaged over the gamma distribution of sizes of
-[HansenTravis1974] with every size weighed by what it scatters, and over the two polarisations. Rows "cosine value",
-fine where the forward peak is; the values are per steradian.
+[HansenTravis1974] with each size weighted by its scattering cross section, and over the two polarisations. Writes rows
+"cosine value", closely spaced at the forward peak; the values are per steradian.
 
   mie_phase.py [--radius UM] [--variance V] [--wavelength UM] [--index N] [--sizes N] > cloud.phase
 """
@@ -12,7 +12,7 @@ import math
 
 
 def coefficients(x, m):
-    """Mie's a_n and b_n of a sphere of size parameter x and real relative refractive index m."""
+    """Returns Mie's a_n and b_n of a sphere of size parameter x and real relative refractive index m."""
     count = int(x + 4.05 * x ** (1 / 3) + 2)
     mx = m * x
     start = int(max(count, mx)) + 16
@@ -32,7 +32,7 @@ def coefficients(x, m):
 
 
 def cosines(mean_size):
-    """Ascending from -1 to 1, in steps that shrink towards both ends: the glory and the forward peak."""
+    """Returns cosines from -1 to 1 in steps that shrink towards both ends: the glory and the forward peak."""
     peak = 1 / mean_size  # [radian] width of the forward peak
     angles = [0.0]
     while angles[-1] < math.pi:
@@ -50,7 +50,7 @@ def main():
     parser.add_argument("--sizes", type=int, default=150, help="radii of the distribution")
     options = parser.parse_args()
 
-    spheres = []  # per size: its number, and both amplitudes' coefficients by (2n + 1) / (n (n + 1))
+    spheres = []  # per size: number density, and coefficients of both amplitudes times (2n + 1) / (n (n + 1))
     all_scattered = 0.0
     for i in range(options.sizes):
         radius = options.radius * 3.2 * (i + 0.5) / options.sizes
@@ -81,7 +81,7 @@ def main():
             s = sum(map(complex.__mul__, plus, map(complex, sums)))
             d = sum(map(complex.__mul__, minus, map(complex, differences)))
             value += number * (abs(s) ** 2 + abs(d) ** 2)
-        # |s|^2 + |d|^2 is twice |S1|^2 + |S2|^2, of which the phase function is a half over k^2 C_sca.
+        # |s|^2 + |d|^2 = 2 (|S1|^2 + |S2|^2), and the phase function is (|S1|^2 + |S2|^2) / (2 k^2 C_sca).
         print(f"{cosine:.10g} {value / 4 / (2 * math.pi * all_scattered):.6g}")
 
 

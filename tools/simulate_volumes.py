@@ -11,8 +11,8 @@ pressure projection by FFT, vorticity confinement [Fedkiw2001]. It keeps the flo
 Points of each voxel are traced back through all steps to the sources, so that advection smears nothing. Divergence-free
 noise, in proportion to the vorticity, adds the vortices below the grid's cells.
 
-The fire does not solve for chemistry. How much fuel a point took up and how long it has burned give its soot and its
-temperature: hottest where fuel and air mix, then colder, then smoke.
+The fire does not solve for chemistry. The fuel that a point took up and the time that it has burned give its soot and
+its temperature: hottest where fuel and air mix, then colder, then smoke.
 
 The two files are in the public domain (CC0 1.0).
 """
@@ -23,7 +23,7 @@ import uuid
 import numpy as np
 
 DEFAULT_CELLS = {"smoke": 76, "fire": 60}
-CHUNK = 16384  # points at a time: what they need stays in the cache
+CHUNK = 16384  # points at a time: their data stay in the cache
 
 
 # ---- Fields on a periodic grid: arrays [x, y, z, channel]
@@ -108,7 +108,7 @@ class Solver:
         self.state = there.reshape(self.state.shape)
 
     def push(self, acceleration):
-        """Adds buoyancy [m/s^2] and what the grid loses of small vortices."""
+        """Adds buoyancy [m/s^2] and vorticity confinement, which restores the small vortices that the grid damps."""
         u = self.state[..., :3]
         u[..., 1] += np.float32(self.dt) * acceleration
         w = curl(u, self.h)
@@ -133,7 +133,7 @@ class Solver:
 
 
 def noise_tile(n, low, high, slope, rng):
-    """A periodic random flow without divergence, n^3 samples, of waves per tile in [low, high], r.m.s. 1."""
+    """Returns a periodic random flow without divergence, n^3 samples, waves per tile in [low, high], r.m.s. 1."""
     k = np.stack(np.meshgrid(np.fft.fftfreq(n, 1 / n), np.fft.fftfreq(n, 1 / n), np.fft.rfftfreq(n, 1 / n),
                              indexing="ij"))
     size = np.sqrt((k ** 2).sum(0))
@@ -168,8 +168,8 @@ class History:
     def trace(self, p, tile, cells_per_tile, turbulence, drift, visit):
         """Calls visit(step, age [s], index, places [m], vorticity) for the points p [m] at each earlier step.
 
-        Points leave where nothing is carried any more. turbulence: speed of the noise below the grid's cells as a
-        fraction of vorticity times cell; drift [m/s]: its mean velocity.
+        Points are dropped once they leave the carried scalars. turbulence: speed of the noise below the grid's cells as
+        a fraction of vorticity times cell; drift [m/s]: its mean velocity.
         """
         p = (p / self.h).astype(np.float32)
         index = np.arange(len(p))
@@ -194,7 +194,7 @@ class History:
 # ---- Final grids
 
 def fine_grid(history, voxel, samples, rng, carry):
-    """The mean of carry(points) over jittered points of each voxel that may hold something [x, y, z, channel]."""
+    """Returns the mean of carry(points) over jittered points of each voxel that may be non-empty [x, y, z, channel]."""
     present = history.masks[-1]
     places = np.argwhere(present)
     low, high = places.min(0) * history.h, (places.max(0) + 1) * history.h
@@ -212,13 +212,13 @@ def fine_grid(history, voxel, samples, rng, carry):
 
 
 def quantised(a, bits):
-    """Rounded to so many binary digits: equal bytes make a smaller file."""
+    """Rounds the mantissas to `bits` binary digits, which makes a smaller file."""
     mantissa, exponent = np.frexp(a)
     return np.ldexp(np.rint(np.ldexp(mantissa, bits)), exponent - bits).astype(np.float32)
 
 
 def blurred(a):
-    """A binomial filter of three voxels per axis; nothing lies beyond the edges."""
+    """Applies a binomial filter of three voxels per axis; values beyond the edges are 0."""
     a = np.pad(a, ((1, 1), (1, 1), (1, 1), (0, 0)))
     for axis in range(3):
         a = (np.roll(a, 1, axis) + 2 * a + np.roll(a, -1, axis)) / 4
@@ -248,7 +248,7 @@ def write(path, voxel, origin, grids, background):
 
 
 def sponge_of(solver, edge):
-    """Factors of the flow in a step, per height: they damp it towards the wind near the ground and the top."""
+    """Returns factors of the flow per step and height that damp it towards the wind near the ground and the top."""
     factors = np.ones(solver.shape[1], np.float32)
     factors[:edge] = factors[-edge:] = 0.8
     return factors[:, None, None]
@@ -279,7 +279,7 @@ def smoke(cells, folder):
                for _ in range(6)]
 
     def source(places, t):
-        """What the hearths give at these places [m], 0 to 1."""
+        """Returns the smoke that the hearths emit at these places [m], 0 to 1."""
         total = 0
         for x, z, radius, phase in hearths:
             gust = [flicker(t, (0.5, 1.1, 2.3, 3.9), p) for p in phase]
@@ -335,7 +335,7 @@ def fire(cells, folder):
                for r, a, size in [(0, 0, 0.15)] + [(0.24, 1.05 * i, rng.uniform(0.06, 0.11)) for i in range(6)]]
 
     def source(places, t):
-        """The fuel that the hearths give at these places [m], 0 to 1."""
+        """Returns the fuel that the hearths emit at these places [m], 0 to 1."""
         total = 0
         for x, z, size, phase in hearths:
             gust = [flicker(t, (1.7, 3.1, 5.3, 8.9), p) for p in phase]

@@ -1,4 +1,4 @@
-// `tyndall bake`: shoots the photons of a scene and writes their light for other programs.
+// `tyndall bake`: traces the photons of a scene and writes the fluence for other programs.
 #include <algorithm>
 #include <memory>
 #include <string>
@@ -25,15 +25,15 @@ namespace {
 struct BakeArguments : SceneArguments, session::WorkArguments {
   std::vector<std::string> outputs;
   int order = 1;   ///< 0: without directions
-  int voxels = 0;  ///< of the density, along the longest side
+  int voxels = 0;  ///< voxels of the density along the longest side; 0: the format's default
   bool per_light = false, half = false, multiple_only = false;
 };
 
-/// \return done, or 128 and the signal that ended it. \throws Error, Stopped
+/// \return done, or 128 + the signal that ended the run. \throws Error, Stopped
 ExitCode run(const BakeArguments& arguments) {
   const io::BakeOptions options{arguments.half, arguments.voxels, arguments.threads,
                                 arguments.multiple_only};
-  std::vector<std::string> paths;  // and what lies beside
+  std::vector<std::string> paths;  // the outputs and the files beside them
   for (const std::string& path : arguments.outputs) {
     io::require_bake(path, options);
     for (const std::string& each : io::bake_paths(path)) paths.push_back(each);
@@ -47,7 +47,7 @@ ExitCode run(const BakeArguments& arguments) {
   session.accept(file, paths);
   session.prepare(scene, most_replicates);
   session::catch_signals(5.0);
-  for (const std::string& path : paths) io::OutputFile{path};  // can they be written?
+  for (const std::string& path : paths) io::OutputFile{path};  // throws if it cannot be written
 
   RenderOptions render_options = session.control().options();
   render_options.photons = IndexRange{0, scene->photons};
@@ -71,11 +71,11 @@ ExitCode run(const BakeArguments& arguments) {
   const BakedLight light = bake(*renderer, scene);
   const io::Bake baked{arguments.scene, file, light, result.picture.provenance};
   session.report(*renderer, result, file, arguments.scene);
-  // What can be written is: the light may have taken hours.
+  // A failed output does not stop the others: the light may have taken hours.
   std::string failures;
   for (const std::string& path : arguments.outputs) {
     try {
-      // The file that was asked for comes last, once what it names is there.
+      // The file at `path` is written last: it names the others.
       std::vector<std::string> warnings;
       std::vector<io::ConvertedFile> files = io::bake_files(baked, path, options, &warnings);
       for (const std::string& warning : warnings) session::warn(warning);
@@ -92,8 +92,8 @@ ExitCode run(const BakeArguments& arguments) {
   }
   if (!failures.empty()) throw Error(ExitCode::output_failed, failures);
   if (is_done) return ExitCode::done;
-  session::say(fmt::format("tyndall: stopped by a signal; what was written has {} of {} photons\n",
-                           shot, scene->photons));
+  session::say(fmt::format("tyndall: stopped by a signal; the output has {} of {} photons\n", shot,
+                           scene->photons));
   return static_cast<ExitCode>(128 + signal);
 }
 
@@ -111,16 +111,16 @@ Run add(CLI::App& command) {
   add_override(command, *arguments, "-s,--seed", "seed", count(), "Seed of the random numbers");
   command
       .add_option("--order", arguments->order,
-                  "1: with the directions that light comes from; 0: without (1)")
+                  "1: with the directions of the light; 0: without (1)")
       ->type_name("N")
       ->transform(count(1));
-  command.add_flag("--per-light", arguments->per_light, "Each light by itself");
+  command.add_flag("--per-light", arguments->per_light, "Writes each light separately");
   command.add_flag("--multiple-only", arguments->multiple_only,
-                   "Without what lights scatter once, for programs that add it");
-  command.add_flag("--half", arguments->half, "Floats of 16 bits");
+                   "Leaves out single scattering, for programs that add it");
+  command.add_flag("--half", arguments->half, "Writes 16-bit floats");
   command
       .add_option("--voxels", arguments->voxels,
-                  fmt::format("Of the density, along its longest side ({}; 128 in pages)",
+                  fmt::format("Voxels of the density along its longest side ({}; 128 in pages)",
                               io::default_voxels))
       ->type_name("N")
       ->transform(count(io::most_voxels, io::least_voxels));

@@ -1,5 +1,5 @@
 /// \file
-/// What a command of the program is. Each *_command.cpp exports one, and main.cpp lists them.
+/// A command of the program. Each *_command.cpp exports one, and main.cpp lists them.
 #pragma once
 
 #include <functional>
@@ -18,9 +18,9 @@ using Run = std::function<ExitCode()>;
 struct Command {
   const char* name;
   const char* help;
-  /// Adds the options. \return what runs the command once they are parsed
+  /// Adds the options. \return a function that runs the command once the options are parsed
   Run (*add)(CLI::App& command);
-  bool is_for_every_rank = false;  ///< else only the first rank of an MPI job runs it
+  bool is_for_every_rank = false;  ///< false: only the first rank of an MPI job runs the command
 };
 
 extern const Command render_command, merge_command, bake_command, validate_command, info_command,

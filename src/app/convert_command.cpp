@@ -19,15 +19,15 @@ namespace {
 
 struct ConvertArguments : SceneArguments {
   std::string output;
-  int voxels = io::default_voxels;  ///< along the longest side of what is sampled
+  int voxels = io::default_voxels;  ///< along the longest side of a field that is sampled
 };
 
 ExitCode run(const ConvertArguments& arguments) {
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
   for (const std::string& warning : file.warnings) session::warn(warning);
-  session::catch_signals();  // from here on there are temporaries
+  session::catch_signals();  // the outputs below have temporaries
   session::leave_on_signal();
-  io::OutputFile scene(arguments.output);  // can it be written at all?
+  io::OutputFile scene(arguments.output);  // throws if it cannot be written
   const std::vector<io::ConvertedFile> converted =
       io::convert(file, arguments.output, arguments.voxels);
   std::vector<std::string> paths;
@@ -38,7 +38,7 @@ ExitCode run(const ConvertArguments& arguments) {
     output.commit();
     session::say(fmt::format("written  {}\n", output.path()));
   };
-  // The scene comes last, once what it reads is there.
+  // The scene is written last: it reads the others.
   for (std::size_t i = 1; i < converted.size(); ++i) {
     io::OutputFile grid(converted[i].path);
     write(grid, converted[i].bytes);
@@ -56,8 +56,9 @@ Run add(CLI::App& command) {
       ->required()
       ->type_name("FILE");
   command
-      .add_option("--voxels", arguments->voxels,
-                  fmt::format("Along the longest side of what is sampled ({})", io::default_voxels))
+      .add_option(
+          "--voxels", arguments->voxels,
+          fmt::format("Voxels along the longest side of a sampled field ({})", io::default_voxels))
       ->type_name("N")
       ->transform(count(io::most_voxels, io::least_voxels));
   return [arguments] { return run(*arguments); };

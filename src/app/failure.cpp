@@ -23,14 +23,14 @@ int fail(std::string_view who, ExitCode code, std::string_view message) {
 
 }  // namespace
 
-int tell_failure(std::string_view who) {
+int report_failure(std::string_view who) {
   try {
     throw;
   } catch (const Stopped&) {
     session::say("tyndall: stopped by a signal; nothing was written\n");
     return 128 + session::caught_signal();
   } catch (const Error& error) {
-    // A call that a signal cut short fails too; the signal is the reason.
+    // A call that a signal interrupts fails; the signal is the reason.
     const int code = fail(who, error.code(), error.what());
     return session::is_cut_short() ? 128 + session::caught_signal() : code;
   } catch (const std::bad_alloc&) {
@@ -40,8 +40,8 @@ int tell_failure(std::string_view who) {
     if (error.code() != std::errc::resource_unavailable_try_again)
       return fail(who, ExitCode::internal, fmt::format("internal error: {}", error.what()));
     return fail(who, ExitCode::out_of_memory,
-                "the system starts no more threads: raise its limit of processes (ulimit -u) or of "
-                "memory (ulimit -v)");
+                "the system cannot start another thread: raise its limit of processes (ulimit -u) "
+                "or of memory (ulimit -v)");
   } catch (const std::exception& error) {
     return fail(who, ExitCode::internal, fmt::format("internal error: {}", error.what()));
   }

@@ -42,7 +42,7 @@ void require_sense(const RenderArguments& a) {
     if (given) usage_error(fmt::format("--frames and {}: not together", option));
   };
   refuse(!a.checkpoint.empty() || a.resume,
-         "--checkpoint (what is done of a sequence is its frames)");
+         "--checkpoint (the finished frames of a sequence are its checkpoint)");
   refuse(a.allow_gaps, "--allow-gaps");
   refuse(a.photons.has_value(), "--photon-range");
   refuse(a.samples.has_value(), "--sample-range");
@@ -58,17 +58,17 @@ void require_sense(const RenderArguments& a) {
     if (!more.empty()) written.push_back(more);
   for (const std::string& path : written)
     if (of_frame(path, 1, 0) == path)
-      usage_error(
-          fmt::format("{}: has no place for the frame's number, such as frame.####.exr", path));
+      usage_error(fmt::format(
+          "{}: has no ## for the frame's number; use a name such as frame.####.exr", path));
 }
 
-/// About what it looks at, around its own up.
+/// Rotates the camera about its look_at, around its up vector.
 void turn(scene::Camera& camera, double degrees) {
   const glm::dmat4 rotation = glm::rotate(glm::dmat4(1), glm::radians(degrees), camera.up);
   camera.position = camera.look_at + glm::dmat3(rotation) * (camera.position - camera.look_at);
 }
 
-/// The scenes of a sequence, before they are rendered.
+/// Reads the scenes of a sequence.
 class Frames {
  public:
   Frames(const SceneArguments& scene, const FrameRange& range)
@@ -78,18 +78,22 @@ class Frames {
   }
 
   std::size_t size() const { return numbers_.size(); }
-  /// Of frame `i`, or of one more.
+  /// \return the number of frame `i`; i == size(): of the frame after the last.
   int number(std::size_t i) const { return i < size() ? numbers_[i] : numbers_.back() + 1; }
   std::string title(std::size_t i) const {
     return fmt::format("frame    {} ({} of {})", number(i), i + 1, size());
   }
   std::string in_frame(const std::string& text, std::size_t i) const {
-    return of_frame(text, number(i), share(i));
+    return of_frame(text, number(i), fraction(i));
   }
-  double share(std::size_t i) const { return static_cast<double>(i) / static_cast<double>(size()); }
+  /// \return the fraction of the sequence before frame `i`.
+  double fraction(std::size_t i) const {
+    return static_cast<double>(i) / static_cast<double>(size());
+  }
 
-  /// Looks for the files of all frames; warns of those that some lack.
-  /// \throws Error where a scene is wrong, or where a file is missing that all frames want.
+  /// Looks for the files of all frames and warns of missing ones.
+  /// \throws Error if a scene is wrong, if every frame lacks a file, or if a file is missing that
+  /// all frames share.
   void look_up() {
     std::vector<std::vector<io::NamedFile>> files;
     std::map<std::string, std::vector<std::string>> paths;
@@ -97,11 +101,11 @@ class Frames {
       files.push_back(names_of(i));
       for (const io::NamedFile& file : files.back()) paths[file.key].push_back(file.path);
     }
-    std::map<std::string, std::string> more;  // of a frame that is not rendered
+    std::map<std::string, std::string> more;  // files of the frame after the last, not rendered
     for (const io::NamedFile& file : names_of(size())) more[file.key] = file.path;
     for (auto& [key, all] : paths) {
       const auto differs = [&](const std::string& path) { return path != all[0]; };
-      // Where one frame is rendered by itself, its files are numbered, too.
+      // The frame after the last shows which files are numbered if there is only one frame.
       if (std::any_of(all.begin(), all.end(), differs)
           || (more.contains(key) && differs(more[key])))
         sequence_.numbered.emplace(key, std::move(all));
@@ -112,7 +116,7 @@ class Frames {
       for (const io::NamedFile& file : files[i]) {
         std::error_code error;
         if (fs::exists(file.path, error)) continue;
-        if (!sequence_.numbered.contains(file.key)) read(i);  // which says where it is named
+        if (!sequence_.numbered.contains(file.key)) read(i);  // throws, with the place in the scene
         if (first.empty()) first = file.path;
         lacking.push_back(number(i));
         break;
@@ -126,7 +130,7 @@ class Frames {
                               first, listed(lacking)));
   }
 
-  /// \throws Error; io::UnreadableFrame where files of this frame alone are wrong.
+  /// \throws Error; io::UnreadableFrame if only files of this frame are wrong.
   io::SceneFile read(std::size_t i) {
     const std::size_t known = sequence_.fits.size();
     io::SceneFile file = io::read_scene(
@@ -144,8 +148,7 @@ class Frames {
     if (!text.empty() && warned_.insert(text).second) session::warn(text);
   }
 
-  /// Says that a frame cannot be read, and goes on. \throws the error where other frames would be
-  /// no better.
+  /// Reports that a frame cannot be read. Rethrows an error that other frames would have, too.
   void fail(std::size_t i, const Error& error) {
     const bool is_of_frame = dynamic_cast<const io::UnreadableFrame*>(&error) != nullptr;
     if (!is_of_frame && error.code() != ExitCode::scene_invalid) throw;
@@ -153,8 +156,8 @@ class Frames {
     failed_.push_back({number(i), error.code(), error.what()});
   }
 
-  /// Lists the frames that could not be read. \return input_missing or scene_invalid, or done where
-  /// there is none
+  /// Lists the frames that could not be read. \return input_missing or scene_invalid; done if there
+  /// are none
   ExitCode failures() const {
     if (failed_.empty()) return ExitCode::done;
     constexpr std::size_t most = 20;
@@ -178,7 +181,7 @@ class Frames {
     std::string message;
   };
 
-  /// "3, 7-12, 40", of ascending numbers, in the steps of the sequence.
+  /// \return ascending numbers as "3, 7-12, 40"; ranges have the step of the sequence.
   std::string listed(const std::vector<int>& numbers) const {
     const int step = size() > 1 ? numbers_[1] - numbers_[0] : 1;
     std::string text;
@@ -203,7 +206,7 @@ class Frames {
       return io::scene_files(scene_, overrides_of(i),
                              [&](const std::string& text) { return in_frame(text, i); });
     } catch (const Error& error) {
-      if (i == size()) return {};  // one more need not be a scene
+      if (i == size()) return {};  // the frame after the last may be no valid scene
       throw;
     }
   }
@@ -216,13 +219,13 @@ class Frames {
   std::vector<Failed> failed_;
 };
 
-/// The scene of a frame, as it was read.
+/// The scene file of a frame.
 struct Loaded {
   io::SceneFile file;
   std::uint64_t key = 0;  ///< see light_hash()
 };
 
-/// Lets the volumes of `to`, which are those of `from`, go.
+/// Makes `to` share the volumes of `from`, which are equal, so that its own are released.
 void share_volumes(const io::SceneFile& from, io::SceneFile& to) {
   if (from.volumes.empty()) return;
   Scene scene = *to.scene;
@@ -240,8 +243,8 @@ class Sequence {
   }
 
   ExitCode run() {
-    // What is wrong is said before hours of work: with the names of all, with the first and with
-    // the last.
+    // Finds errors before hours of work: in the file names of all frames, in the first and in the
+    // last scene.
     frames_.look_up();
     const std::size_t last = frames_.size() - 1;
     for (const std::size_t i : {std::size_t{0}, last}) {
@@ -250,8 +253,8 @@ class Sequence {
       } catch (const Error& error) {
         const bool is_of_frame = dynamic_cast<const io::UnreadableFrame*>(&error) != nullptr;
         if (!is_of_frame && (i == 0 || error.code() != ExitCode::scene_invalid)) throw;
-        session::warn(fmt::format("frame {} is left out unless this changes: {}", frames_.number(i),
-                                  error.what()));
+        session::warn(fmt::format("frame {} will be skipped unless this is mended: {}",
+                                  frames_.number(i), error.what()));
       }
     }
     if (last > 0) scenes_.erase(last);  // its volumes may be large
@@ -260,7 +263,7 @@ class Sequence {
       if (!render_frame_or_stop(i)) {
         frames_.failures();
         session::say(
-            fmt::format("tyndall: stopped by a signal in frame {}; the same line goes on there\n",
+            fmt::format("tyndall: stopped by a signal in frame {}; the same command resumes it\n",
                         frames_.number(i)));
         return static_cast<ExitCode>(128 + session::caught_signal());
       }
@@ -276,15 +279,15 @@ class Sequence {
     if (arguments_.turntable != 0) {
       Scene scene = *file.scene;
       if (scene.camera.matrix)
-        usage_error("--turntable: turns a camera about its look_at, and this one has a matrix");
-      turn(scene.camera, arguments_.turntable * frames_.share(i));
+        usage_error("--turntable: the camera needs a look_at, and this one has a matrix");
+      turn(scene.camera, arguments_.turntable * frames_.fraction(i));
       file.scene = ResolvedScene(std::move(scene));
     }
     const std::uint64_t key = light_hash(file.scene);
     return scenes_.emplace(i, Loaded{std::move(file), key}).first->second;
   }
 
-  /// \return the scene, or nothing where it cannot be read, which is said.
+  /// \return the scene; null if it cannot be read, which is reported.
   const Loaded* scene_or_failure(std::size_t i) {
     try {
       return &scene_of(i);
@@ -294,8 +297,8 @@ class Sequence {
     }
   }
 
-  /// Whether the light of frame `i` has the key; not where it cannot be read, which is said in its
-  /// turn: the frames before it are none the worse for it.
+  /// \return whether the light of frame `i` has the key; false if the frame cannot be read. Its own
+  /// turn reports the error.
   bool has_key(std::size_t i, std::uint64_t key) {
     try {
       return i < frames_.size() && scene_of(i).key == key;
@@ -309,18 +312,17 @@ class Sequence {
     try {
       return io::read_exr(path).provenance;
     } catch (const Error& error) {
-      throw Error(error.code(), fmt::format("{}; it is in the place of a frame: remove it, or name "
-                                            "others",
+      throw Error(error.code(), fmt::format("{}; it has the name of a frame: remove it, or change "
+                                            "the names of the frames",
                                             error.what()));
     }
   }
 #endif
 
-  /// \return whether the pictures of a frame are there. \throws Error(usage) where they are of
-  /// another scene
+  /// \return whether all pictures of a frame exist. \throws Error(usage) if one is of another scene
   bool is_there(const std::vector<std::string>& paths, std::size_t i) {
     for (const std::string& path : paths) {
-      std::error_code error;  // what cannot be looked up is not there
+      std::error_code error;  // a failed look-up counts as missing
       if (!fs::exists(path, error) || fs::file_size(path, error) == 0) return false;
     }
 #if TYNDALL_OPENEXR
@@ -329,7 +331,7 @@ class Sequence {
       std::map<std::string, std::string> header;
       for (auto& [key, value] : provenance_of(path)) header[key] = value;
       if (header.contains("tyndall.complete") && header["tyndall.complete"] != "true")
-        return false;  // of a render that was left
+        return false;  // of an interrupted render
       if (!header.contains("tyndall.scene_hash")) continue;
       try {
         if (header["tyndall.scene_hash"]
@@ -337,7 +339,7 @@ class Sequence {
           usage_error(fmt::format(
               "{}: is there already, of another scene: remove it, or name others", path));
       } catch (const io::UnreadableFrame&) {
-        session::warn(fmt::format("{}: is kept, but what it shows cannot be read any more", path));
+        session::warn(fmt::format("{}: is kept, but its scene can no longer be read", path));
       }
     }
 #else
@@ -346,7 +348,7 @@ class Sequence {
     return true;
   }
 
-  /// \return false where a signal ended it.
+  /// \return false if a signal ended it.
   bool render_frame_or_stop(std::size_t i) {
     try {
       return render_frame(i) && (session::caught_signal() == 0 || i + 1 == frames_.size());
@@ -356,7 +358,7 @@ class Sequence {
     }
   }
 
-  /// The same, or throws Stopped.
+  /// \return false if a signal ended it. \throws Error, Stopped
   bool render_frame(std::size_t i) {
     const int frame = frames_.number(i);
     const auto numbered = [&](const std::string& path) { return frames_.in_frame(path, i); };
@@ -395,11 +397,12 @@ class Sequence {
     return true;
   }
 
-  /// With the light that there is, or its own. \return false where a signal ended it.
+  /// Renders with the light of an earlier frame if it fits, else shoots it. \return false if a
+  /// signal ended it.
   bool finish_by_light(const Loaded& loaded, int frame, bool lights_next, RenderResult& result) {
     const ResolvedScene& scene = loaded.file.scene;
     try {
-      if (!looks(scene)) begin(loaded, frame, lights_next && may_keep_);
+      if (!reuse_light(scene)) begin(loaded, frame, lights_next && may_keep_);
       return finishes(result);
     } catch (const std::bad_alloc&) {
       if (!lit_ || !lit_->is_kept) throw;
@@ -407,14 +410,14 @@ class Sequence {
       lit_.reset();
       may_keep_ = false;
       session_.prepare(scene);
-      session::say("light    too large to keep beside a frame: it is shot for each\n");
+      session::say("light    too large to keep between frames: each frame shoots its photons\n");
       begin(loaded, frame, false);
       return finishes(result);
     }
   }
 
-  /// \return false where there is no light, or the device that had it is lost.
-  bool looks(const ResolvedScene& scene) {
+  /// \return false if there is no light, or if the device that had it is lost.
+  bool reuse_light(const ResolvedScene& scene) {
     if (!lit_) return false;
     try {
       lit_->renderer->look(scene);
@@ -431,36 +434,36 @@ class Sequence {
     const ResolvedScene& scene = loaded.file.scene;
     RenderOptions options = session_.control().options();
     options.batch = arguments_.batch;
-    // Kept as floats, half as large as what is shot.
+    // The light is kept as floats, half as large as the tallies.
     options.keeps_light =
         may_keep && session::memory_shortage(scene, 1 + most_replicates / 2).empty();
     lit_ = Lit{loaded.key, nullptr, frame, options.keeps_light};
     lit_->renderer = session_.begin(scene, options);
   }
 
-  /// \return false where a signal ended it.
+  /// \return false if a signal ended it.
   bool finishes(RenderResult& result) {
     const bool is_done = session_.run(*lit_->renderer, false);
     if (is_done) result = lit_->renderer->result();
     return is_done;
   }
 
-  /// A frame's bounds and light, for itself and those after it that share them.
+  /// The bounds and light of a frame; later frames may share them.
   struct Lit {
-    std::uint64_t key;  ///< of the frame that it was shot for
+    std::uint64_t key;  ///< of the frame for which the light was shot
     std::unique_ptr<Renderer> renderer;
     int frame;
-    bool is_kept;  ///< for the next one
-    double seconds = 0;
+    bool is_kept;        ///< for the next frame
+    double seconds = 0;  ///< [s] for bounds, medium and photons
   };
 
   const RenderArguments& arguments_;
   Frames frames_;
   session::Session session_;
   bool has_begun_ = false;
-  std::map<std::size_t, Loaded> scenes_;  // that are still to be rendered
+  std::map<std::size_t, Loaded> scenes_;  // not yet rendered
   std::optional<Lit> lit_;
-  bool may_keep_ = true;  // there was room for it so far
+  bool may_keep_ = true;  // the light has fitted into memory so far
 };
 
 }  // namespace

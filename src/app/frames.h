@@ -1,5 +1,5 @@
 /// \file
-/// `tyndall render --frames`: the pictures of a sequence, one after the other.
+/// `tyndall render --frames`: renders the pictures of a sequence, one after the other.
 #pragma once
 
 #include <string>
@@ -9,18 +9,18 @@
 
 namespace tyndall::app {
 
-/// \return the text with runs of two or more # as the frame's number, with as many digits at least,
-/// "{frame}" as its number and "{t}" as the share of the sequence before it.
+/// \return `text` with runs of two or more # replaced by the frame's number with at least as many
+/// digits, "{frame}" by its number, and "{t}" by `t`, the fraction of the sequence before it.
 std::string of_frame(const std::string& text, int frame, double t);
 
-/// Reads the scenes of `range`, and says what is wrong with each.
-/// \return as render_frames() \throws Error where it is wrong with all of them
+/// Reads the scenes of `range` and reports the errors of each.
+/// \return as render_frames() \throws Error for an error of all frames
 ExitCode validate_frames(const SceneArguments& arguments, const FrameRange& range);
 
-/// Renders arguments.frames. Frames whose pictures are there are left out, so that the same line
-/// goes on after a stop; where only the camera moves the photons are shot once. Frames that cannot
-/// be read are left out, too, and listed at the end.
-/// \return done; input_missing or scene_invalid where frames could not be read; 128 and the signal
+/// Renders arguments.frames. Skips frames whose pictures exist, so the same command resumes a
+/// stopped sequence. Shoots the photons once if only the camera moves. Skips unreadable frames and
+/// lists them at the end.
+/// \return done; input_missing or scene_invalid if frames could not be read; 128 + the signal
 /// \throws Error, Stopped
 ExitCode render_frames(const RenderArguments& arguments);
 

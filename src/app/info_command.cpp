@@ -1,4 +1,4 @@
-// `tyndall info`: what is in a file.
+// `tyndall info`: describes a file.
 #include <memory>
 #include <string>
 
@@ -28,12 +28,12 @@ Run add(CLI::App& command) {
   command.add_option("FILE", arguments->file, ".vdb, .nvdb, .obj, .json, .tyn or an image")
       ->required()
       ->type_name("");
-  command.add_flag("--json", arguments->as_json, "The same as JSON");
+  command.add_flag("--json", arguments->as_json, "Prints JSON");
   return [arguments] { return run(*arguments); };
 }
 
 }  // namespace
 
-const Command info_command{"info", "Tells what is in a volume, mesh, scene, image or part", &add};
+const Command info_command{"info", "Describes a volume, mesh, scene, image or part", &add};
 
 }  // namespace tyndall::app

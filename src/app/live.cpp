@@ -23,7 +23,7 @@ namespace {
 constexpr const char* usual_port = "14158";  // tev's
 constexpr int patience = 2000;               // [ms] for one step of a connection
 
-/// A message of tev's protocol: its length, then its parts; little endian, texts end with 0.
+/// A message of tev's protocol: length, then fields; little endian, strings end with 0.
 class Packet {
  public:
   explicit Packet(std::uint8_t type) : bytes_(sizeof(std::uint32_t), '\0') { add(type); }
@@ -59,7 +59,7 @@ const char* const channel_names[] = {"R", "G", "B", "A"};
 
 std::string packet_create_image(const std::string& title, int width, int height) {
   Packet packet(create_image);
-  packet.add(std::uint8_t{1}).add(title);  // 1: shown in front
+  packet.add(std::uint8_t{1}).add(title);  // 1: select the image
   packet.add(std::int32_t{width}).add(std::int32_t{height}).add(channels);
   for (const char* name : channel_names) packet.add(std::string(name));
   return std::move(packet).bytes();
@@ -71,8 +71,8 @@ std::string packet_update_image(const std::string& title, const Picture& picture
   for (const char* name : channel_names) packet.add(std::string(name));
   packet.add(std::int32_t{0}).add(std::int32_t{0});
   packet.add(std::int32_t{picture.width}).add(std::int32_t{picture.height});
-  for (std::int64_t c = 0; c < channels; ++c) packet.add(c);  // where each begins
-  for (std::int64_t c = 0; c < channels; ++c) packet.add(std::int64_t{channels});  // its stride
+  for (std::int64_t c = 0; c < channels; ++c) packet.add(c);                       // offsets
+  for (std::int64_t c = 0; c < channels; ++c) packet.add(std::int64_t{channels});  // strides
   packet.add(picture.rgba.data(), picture.rgba.size() * sizeof(float));
   return std::move(packet).bytes();
 }
@@ -80,7 +80,7 @@ std::string packet_update_image(const std::string& title, const Picture& picture
 Display::Display(const std::string& address, std::string title) : title_(std::move(title)) {
   const std::size_t colon = address.rfind(':');
   host_ = address.substr(0, colon);
-  if (host_.size() > 2 && host_.front() == '[' && host_.back() == ']')  // version 6 of IP
+  if (host_.size() > 2 && host_.front() == '[' && host_.back() == ']')  // IPv6
     host_ = host_.substr(1, host_.size() - 2);
   port_ = colon == std::string::npos ? usual_port : address.substr(colon + 1);
   int number = 0;
@@ -101,7 +101,7 @@ Display::~Display() {
     changed_.notify_all();
     changed_.wait_for(lock, std::chrono::milliseconds(patience), [this] { return is_done_; });
   }
-  if (socket_ >= 0) ::shutdown(socket_, SHUT_RDWR);  // whoever still sends gives up
+  if (socket_ >= 0) ::shutdown(socket_, SHUT_RDWR);  // interrupts send()
   thread_.join();
   if (socket_ >= 0) ::close(socket_);
 }

@@ -1,5 +1,5 @@
 /// \file
-/// A picture that is watched while it is made: in the viewer tev, or in a file.
+/// Shows the picture of a running render in the viewer tev.
 #pragma once
 
 #include <atomic>
@@ -13,18 +13,18 @@
 
 namespace tyndall::app {
 
-/// Sends pictures to tev (https://github.com/Tom94/tev), or to what speaks its protocol. From a
-/// thread of its own: a viewer that is slow, deaf or gone costs the render nothing.
+/// Sends pictures to tev (https://github.com/Tom94/tev) or another viewer with its protocol. A
+/// separate thread sends them, so a viewer that is slow, hangs or exits does not delay the render.
 class Display {
  public:
   /// \param address HOST:PORT, or HOST for tev's own port \throws Error(usage)
   Display(const std::string& address, std::string title);
-  /// Waits a moment for the last picture to be sent.
+  /// Waits up to 2 s for the last picture to be sent.
   ~Display();
   Display(const Display&) = delete;
   Display& operator=(const Display&) = delete;
 
-  /// Shows this instead of what has not been sent yet.
+  /// Queues `picture`; it replaces a queued picture that has not been sent yet.
   void show(Picture picture);
 
  private:
@@ -33,7 +33,7 @@ class Display {
   bool send(const std::string& bytes);
 
   std::string host_, port_;
-  std::string unknown_;  // why nobody knows the host
+  std::string unknown_;  // why the host name could not be resolved
   const std::string title_;
   std::atomic<int> socket_{-1};
   std::mutex mutex_;
@@ -43,9 +43,9 @@ class Display {
   std::thread thread_;
 };
 
-/// \return the packets of tev's protocol that make an image of that size, and that fill it with
-/// RGBA.
+/// \return the packet of tev's protocol that creates an image of this size.
 std::string packet_create_image(const std::string& title, int width, int height);
+/// \return the packet of tev's protocol that fills the image with RGBA.
 std::string packet_update_image(const std::string& title, const Picture& picture);
 
 }  // namespace tyndall::app

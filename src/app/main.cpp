@@ -29,9 +29,9 @@ constexpr const char* examples = R"(Examples:
   tyndall render cloud.json -o cloud.exr -o cloud.png
   tyndall render cloud.json --photons 1e6 --samples 4 -D 'camera.resolution=[256,256]'
   tyndall validate cloud.json                        finds every error of a scene
-  tyndall info smoke.vdb                             lists grids, and what a scene writes to use them
+  tyndall info smoke.vdb                             lists grids, and a component for a scene
   tyndall convert cloud.json -o cloud.py             the scene for Mitsuba 3; cloud.pbrt: for pbrt-v4
-  tyndall render cloud.json --checkpoint cloud.tyn --resume     goes on after a crash or Ctrl-C
+  tyndall render cloud.json --checkpoint cloud.tyn --resume     resumes after a crash or Ctrl-C
   tyndall merge a.tyn b.tyn -o cloud.exr             adds up parts (--sample-range A:B -o a.tyn)
   tyndall bake cloud.json -o light.vdb               the light for other programs, beside the density
   tyndall defaults                                   lists every key of a scene with its default
@@ -53,19 +53,19 @@ std::string version() {
   return text + "\n";
 }
 
-/// All of them, in the order of the help.
+/// All commands, in the order of the help.
 const Command* const commands[] = {&render_command,   &merge_command,  &bake_command,
                                    &validate_command, &info_command,   &convert_command,
                                    &devices_command,  &schema_command, &defaults_command};
 
-/// `tyndall help`: it alone knows the other commands.
+/// `tyndall help`: the only command that depends on the others.
 Run add_help(CLI::App& app) {
   CLI::App& help = *app.add_subcommand("help", "Prints this help, or that of a command");
   std::vector<std::string> names;
   for (const Command* command : commands) names.emplace_back(command->name);
   const auto topic = std::make_shared<std::string>(), format = std::make_shared<std::string>();
   help.add_option("COMMAND", *topic, "")->check(CLI::IsMember(names));
-  help.add_option("--as", *format, "All of it as man (a page), or completions of bash or zsh")
+  help.add_option("--as", *format, "Prints a man page, or completions for bash or zsh")
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"man", "bash", "zsh"}).description(""));
   return [&app, topic, format] {
@@ -73,7 +73,7 @@ Run add_help(CLI::App& app) {
       session::print(manual(app, *format, examples));
       return ExitCode::done;
     }
-    app.clear();  // else CLI11 gives the help of `help`
+    app.clear();  // without this CLI11 prints the help of `help`
     session::print(examples
                    + (topic->empty() ? app.help() : app.get_subcommand(*topic)->help("tyndall")));
     return ExitCode::done;
@@ -87,7 +87,7 @@ Run on_first_rank(const Run& run) {
 ExitCode run(int argc, char** argv) {
   CLI::App app("Tyndall renders clouds, smoke and fog by shooting photons through them.",
                "tyndall");
-  app.set_version_flag("--version", version(), "Prints the version and what was compiled in");
+  app.set_version_flag("--version", version(), "Prints the version and the features of the build");
   app.require_subcommand(0, 1);
   std::map<std::string, Run> runs;
   for (const Command* command : commands) {
@@ -105,7 +105,7 @@ ExitCode run(int argc, char** argv) {
     session::print(call.what());
     return ExitCode::done;
   } catch (const CLI::ParseError& error) {
-    if (is_other_rank()) return ExitCode::usage;  // the first one says it
+    if (is_other_rank()) return ExitCode::usage;  // the first rank prints the message
     throw Error(ExitCode::usage, fmt::format("{} (see `tyndall help`)", error.what()));
   }
 
@@ -114,7 +114,7 @@ ExitCode run(int argc, char** argv) {
   return runs.at(app.get_subcommands().front()->get_name())();
 }
 
-/// Where there is little, each thread does not reserve 64 MB of it for its allocations.
+/// Under a memory limit, keeps malloc from reserving 64 MB of address space per thread.
 void save_address_space() {
   if (is_memory_limited()) ::mallopt(M_ARENA_MAX, 1);
 }
@@ -127,12 +127,12 @@ int main(int argc, char** argv) {
   int code = 0;
   try {
     session::reserve_standard_streams();
-    std::signal(SIGUSR1, SIG_IGN);  // a render takes it once it has begun, see expect_requests()
-    std::signal(SIGXFSZ, SIG_IGN);  // a file that grows beyond its limit is an error of writing
+    std::signal(SIGUSR1, SIG_IGN);  // until a render has begun, see expect_requests()
+    std::signal(SIGXFSZ, SIG_IGN);  // so that write() fails for a file beyond the size limit
     app::save_address_space();
     code = static_cast<int>(app::run(argc, argv));
   } catch (...) {
-    code = app::tell_failure();
+    code = app::report_failure();
   }
   return session::end_catching(code);
 }

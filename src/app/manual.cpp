@@ -38,7 +38,7 @@ std::string joined(const std::vector<std::string>& words, std::string_view betwe
   return text;
 }
 
-/// `text` with `from` replaced.
+/// \return `text` with each `from` replaced by `to`.
 std::string replaced(std::string text, std::string_view from, std::string_view to) {
   for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
     text.replace(at, from.size(), to);
@@ -82,7 +82,7 @@ std::string man_page(const CLI::App& app, const std::string& examples) {
       ".SH EXIT STATUS\n0 done, 1 an internal error, 2 a wrong command line, 3 a wrong scene, 4 an "
       "input that is missing or damaged, 5 an output that cannot be written, 6 too little memory, "
       "7 "
-      "no usable GPU, 8 a limit of time that left no time for a picture, 128 + N ended by signal "
+      "no usable GPU, 8 a time limit too short for a picture, 128 + N ended by signal "
       "N.\n";
   return page;
 }
@@ -94,7 +94,7 @@ std::string pattern_of(const std::string& command) {
   return command == "info" ? "*.*" : "*.json";
 }
 
-/// What an option's value may be, where that is a few words.
+/// \return the values of an option, separated by spaces; empty if any value is possible.
 std::string words_of(const std::string& option) {
   if (option == "--device") return "auto cpu cuda cuda:0";
   return option == "--progress" ? "auto bar plain none" : "";

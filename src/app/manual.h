@@ -1,5 +1,5 @@
 /// \file
-/// The table of commands and options as a man page and as completions of shells.
+/// The table of commands and options as a man page and as shell completions.
 #pragma once
 
 #include <string>

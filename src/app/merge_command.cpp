@@ -35,7 +35,7 @@ void refuse_gaps(const Partial& part, const std::string& name, bool allowed, Nee
   }
   if (gaps.empty()) return;
   const std::string problem = fmt::format("{}: lacks {} of the render", name, gaps);
-  Ranges cut;  // light that samples have read is as it is
+  Ranges cut;  // missing photons of replicates whose light samples have read: it cannot change
   for (std::size_t r = 0; r < part.replicates.size(); ++r) {
     const Replicate& replicate = part.replicates[r];
     if (!replicate.samples.empty())
@@ -43,10 +43,10 @@ void refuse_gaps(const Partial& part, const std::string& name, bool allowed, Nee
   }
   if (!allowed) {
     const std::string remedy =
-        cut.empty() ? "; add the parts that have them, or --allow-gaps to do without"
+        cut.empty() ? "; add the parts that have them, or accept the gaps with --allow-gaps"
                     : fmt::format(
-                        "; samples have read the light without photons {}, which no part "
-                        "can add: render what they are of to its end, or --allow-gaps",
+                        "; samples have read the light without photons {}, so no part can add "
+                        "them: finish the render of these samples, or use --allow-gaps",
                         cut.text());
     throw Error(ExitCode::input_missing, problem + remedy);
   }
@@ -78,7 +78,7 @@ void add_to(Partial& sum, const std::string& name, const std::string& path) {
   merge(sum, name, std::move(part), path);
 }
 
-/// \return the sum of all parts. \throws Error that names the two files that do not go together
+/// \return the sum of all parts. \throws Error that names two files that cannot be merged
 Partial sum_of(const std::vector<std::string>& paths) {
   Partial sum = io::read_part(paths[0], session::available_memory());
   for (std::size_t i = 1; i < paths.size(); ++i) {
@@ -86,7 +86,7 @@ Partial sum_of(const std::vector<std::string>& paths) {
       add_to(sum, "the parts before it", paths[i]);
     } catch (const Error&) {
       sum = {};
-      for (std::size_t k = 0; k < i; ++k) {  // which of those?
+      for (std::size_t k = 0; k < i; ++k) {  // finds the file that paths[i] cannot be merged with
         Partial other = io::read_part(paths[k], session::available_memory());
         add_to(other, paths[k], paths[i]);
       }
@@ -114,8 +114,8 @@ ExitCode run(const MergeArguments& arguments) {
   if (!std::all_of(paths.begin(), paths.end(), is_part)) {
     if (sum.film.pixels.empty()) {
       throw Error(ExitCode::input_missing,
-                  fmt::format("{}: photons alone make no picture; merge them into a part, which "
-                              "`tyndall render --illumination` gathers samples from",
+                  fmt::format("{}: photons alone make no picture; merge them into a part for "
+                              "`tyndall render --illumination`",
                               name));
     }
     refuse_gaps(sum, name, arguments.allow_gaps, Needs::all);
@@ -124,8 +124,8 @@ ExitCode run(const MergeArguments& arguments) {
     if (sum.film.pixels.empty() || r.photons.empty() || !r.samples.empty()) continue;
     throw Error(
         ExitCode::input_missing,
-        fmt::format("{}: no samples read the light of photons {}, which would be lost; merge "
-                    "photons alone, and samples alone",
+        fmt::format("{}: no samples read the light of photons {}, so it would be lost; merge "
+                    "photons and samples separately",
                     name, r.photons.text()));
   }
   RenderResult result = develop(sum);
@@ -153,7 +153,7 @@ Run add(CLI::App& command) {
       ->required()
       ->type_name("FILE")
       ->allow_extra_args(false);
-  command.add_flag("--allow-gaps", arguments->allow_gaps, "Makes a picture of what is there");
+  command.add_flag("--allow-gaps", arguments->allow_gaps, "Allows missing photons and samples");
   command.add_flag("--print-hash", arguments->print_hash,
                    "Prints the hashes of tallies and pixels");
   return [arguments] { return run(*arguments); };

@@ -1,5 +1,5 @@
 /// \file
-/// Parts of a render that lack photons or samples.
+/// Checks whether a part of a render lacks photons or samples.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@ namespace tyndall::app {
 
 enum class Needs { photons, all };
 
-/// \throws Error(input_missing) where the part lacks some, unless gaps are allowed: then it warns.
+/// Warns of missing photons or samples if gaps are allowed. \throws Error(input_missing) if not
 void refuse_gaps(const Partial& part, const std::string& name, bool allowed, Needs needs);
 
 }  // namespace tyndall::app

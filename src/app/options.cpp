@@ -63,8 +63,8 @@ FrameRange read_frames(const std::string& text) {
   if (count == 1) range.last = range.first;
   if (text.find('-') != text.npos)
     throw Error(ExitCode::usage,
-                fmt::format("--frames {}: frames are numbered from 0 on; number the files anew, or "
-                            "write what depends on the frame with {{t}}",
+                fmt::format("--frames {}: frame numbers start at 0; renumber the files, or write "
+                            "values that depend on the frame with {{t}}",
                             text));
   if (at != end || text.ends_with(':') || count < 1 || range.first < 0 || range.last < range.first
       || range.step < 1 || range.last > 100000000) {
@@ -108,7 +108,7 @@ CLI::Validator duration(bool may_be_zero) {
   return {rewrite, ""};
 }
 
-CLI::Validator share() {
+CLI::Validator fraction() {
   const auto check = [](const std::string& text) -> std::string {
     double value = 0;
     const char* end = text.data() + text.size();
@@ -147,7 +147,7 @@ void add_work(CLI::App& command, session::WorkArguments& arguments) {
   command
       .add_option(
           "--device", arguments.device,
-          "auto (CUDA devices where there are any, else the processor), cpu, cuda (all) or cuda:N")
+          "auto (all CUDA devices if there are any, else the CPU), cpu, cuda (all) or cuda:N")
       ->type_name("NAME");
   command
       .add_option("--progress", arguments.progress, "auto (a bar on terminals), bar, plain or none")

@@ -1,5 +1,5 @@
 /// \file
-/// Options that several commands have, and the checks of their values.
+/// Options of several commands, and validators of their values.
 #pragma once
 
 #include <cstdint>
@@ -26,26 +26,26 @@ struct FrameRange {
   int first = 1, last = 1, step = 1;
 };
 
-/// Takes a number of things from `least` to `most`, "2000000" or "2e6", and rewrites it as plain
+/// Accepts an integer in [least, most], written as "2000000" or "2e6", and rewrites it as plain
 /// digits.
 CLI::Validator count(std::uint64_t most = std::numeric_limits<std::uint64_t>::max(),
                      std::uint64_t least = 0);
 CLI::Validator count(const Range& range);
-/// Takes a time, "90s", "5m", "1.5h" or "90", to seconds.
+/// Accepts a time, "90s", "5m", "1.5h" or "90", and rewrites it in seconds.
 CLI::Validator duration(bool may_be_zero);
-/// Takes a share of a whole, such as 0.01 for 1 %.
-CLI::Validator share();
+/// Accepts a number in (0, 1), such as 0.01 for 1 %.
+CLI::Validator fraction();
 
 void add_scene(CLI::App& command, SceneArguments& arguments);
-/// An option that sets the scene's `key`. CLI11 handles options in the order of their definition,
-/// so these come after -D and win over it.
+/// Adds an option that sets the scene's `key`. CLI11 handles options in the order of their
+/// definition, so these override -D.
 void add_override(CLI::App& command, SceneArguments& arguments, const std::string& flags,
                   const std::string& key, const CLI::Validator& validator, const std::string& help);
 void add_work(CLI::App& command, session::WorkArguments& arguments);
-/// `flag` A:B, whose numbers may be written as 2e6.
+/// Adds `flag` A:B. The numbers may be written as 2e6.
 void add_range(CLI::App& command, std::optional<IndexRange>& range, const std::string& flag,
                const std::string& help);
-/// --frames A, A:B or A:B:STEP.
+/// Adds --frames A, A:B or A:B:STEP.
 void add_frames(CLI::App& command, std::optional<FrameRange>& frames, const std::string& help);
 
 }  // namespace tyndall::app

@@ -33,7 +33,7 @@ using session::usage_error;
 
 struct Format {
   const char* extension;
-  Writer (*make_writer)();  // finds out whether it can work
+  Writer (*make_writer)();
 };
 
 const Format formats[] = {
@@ -66,7 +66,7 @@ const Format formats[] = {
          const Partial& part = run.part;
          const bool is_light =
              part.film.pixels.empty() && part.measured[measurement::scattering].words.empty();
-         if (is_light && part.slice.replicate < 0) return io::write_part(part, file);  // uncopied
+         if (is_light && part.slice.replicate < 0) return io::write_part(part, file);  // no copy
          io::write_part(without_light(part), file);
        };
      }},
@@ -119,7 +119,7 @@ void Outputs::write(const io::Run& run, bool says) {
   std::string failures;
   for (Output& output : outputs_) {
     try {
-      // Who cleans up temporaries must not cost a picture.
+      // Another program may have removed the temporary; the picture is written all the same.
       if (!output.file || !output.file->is_there()) output.file.emplace(output.path);
       output.writer(run, *output.file);
       output.file->commit();

@@ -19,7 +19,7 @@ Run add(CLI::App&) {
 
 }  // namespace
 
-const Command devices_command{"devices", "Lists what can render", &add<session::list_devices>};
+const Command devices_command{"devices", "Lists the devices", &add<session::list_devices>};
 const Command schema_command{"schema", "Prints the JSON Schema of scenes", &add<io::schema>};
 const Command defaults_command{"defaults", "Prints every key of a scene with its default",
                                &add<io::defaults>};

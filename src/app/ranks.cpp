@@ -14,8 +14,8 @@ namespace tyndall::app {
 
 namespace {
 
-/// What Open MPI, MPICH, Slurm and their kin tell a rank: how many there are, which PMIx does not
-/// say; null: it is none.
+/// \return the number of ranks from the environment that Open MPI, MPICH, Slurm and similar
+/// launchers set; "several" if PMIx does not report it; null if this process is not a rank.
 const char* size_of_job() {
   for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS"})
     if (const char* size = std::getenv(name)) return size;
@@ -38,8 +38,8 @@ std::unique_ptr<Communicator> join_ranks() {
     if (std::string_view(size) == "1") return nullptr;
     throw Error(
         ExitCode::usage,
-        fmt::format("mpirun or srun started {} processes, but this build has no MPI ({}): without "
-                    "it they would all do the same; install libopenmpi-dev and build anew",
+        fmt::format("mpirun or srun started {} processes, but this build has no MPI ({}): every "
+                    "process would render the whole picture; install libopenmpi-dev and rebuild",
                     size, problem));
   }
   std::unique_ptr<Communicator> ranks(start());

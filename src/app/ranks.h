@@ -1,5 +1,5 @@
 /// \file
-/// The processes that mpirun started together.
+/// The processes of one MPI job.
 #pragma once
 
 #include <memory>
@@ -8,15 +8,15 @@
 
 namespace tyndall::app {
 
-/// \return the ranks of this job; null where the program was started alone.
-/// \throws Error(usage) where mpirun started a build without MPI
+/// \return the ranks of this job; null if the program was started alone.
+/// \throws Error(usage) if mpirun started a build without MPI
 std::unique_ptr<Communicator> join_ranks();
 
 /// \return whether mpirun started this process.
 bool is_rank();
 
-/// \return whether this process is one of several that mpirun started, and not the first: what is
-/// no render is done by that one alone.
+/// \return whether this process is a rank of a job but not the first one. Only the first rank runs
+/// commands that do not render.
 bool is_other_rank();
 
 }  // namespace tyndall::app

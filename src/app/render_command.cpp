@@ -1,4 +1,4 @@
-// `tyndall render`: reads a scene, renders it, writes what was asked for.
+// `tyndall render`: reads a scene, renders it, writes the outputs.
 #include <sched.h>
 #include <unistd.h>
 
@@ -55,7 +55,7 @@ std::string default_output(const std::string& scene) {
   return fs::path(scene).stem().string() + default_extension();
 }
 
-/// Ranges that are not there would give a part of nothing.
+/// Rejects ranges beyond the scene's counts: they would give an empty part.
 void refuse_ranges_beyond(const Scene& scene, const RenderArguments& arguments) {
   const auto refuse = [](const char* option, const std::optional<IndexRange>& range,
                          std::uint64_t count, const char* key) {
@@ -69,7 +69,8 @@ void refuse_ranges_beyond(const Scene& scene, const RenderArguments& arguments) 
   refuse("--sample-range", arguments.samples, scene.samples, "gather.samples");
 }
 
-/// Photons for others are kept with the light of each replicate that has some.
+/// \return the number of replicates whose light is held at once: all that --photon-range covers if
+/// the part has photons only, else 1.
 int lights_kept(const Scene& scene, const RenderArguments& arguments) {
   if (!arguments.photons || arguments.samples) return 1;
   Frame frame;
@@ -83,8 +84,8 @@ int lights_kept(const Scene& scene, const RenderArguments& arguments) {
   return std::max(lights, 1);
 }
 
-/// \return of how many replicates the light may be held, so that a limit can end the render after
-/// any samples.
+/// \return the number of replicates whose light is held at once, so that a limit can end the render
+/// after any samples.
 int lights_at_once(const ResolvedScene& scene, const RenderArguments& arguments) {
   const bool is_limited = arguments.noise > 0 || arguments.time_limit > 0;
   if (!is_limited || (arguments.photons && !arguments.samples)) return 1;
@@ -93,15 +94,15 @@ int lights_at_once(const ResolvedScene& scene, const RenderArguments& arguments)
   while (lights > 1 && !session::memory_shortage(scene, lights).empty()) --lights;
   if (lights == 1) {
     session::warn(
-        "the light of two replicates does not fit into memory: they are done one after the other, "
-        "and a limit ends the render late; lower photons.illumination.resolution");
+        "the light of two replicates does not fit into memory: they are rendered one after the "
+        "other, and a limit ends the render late; lower photons.illumination.resolution");
   }
   return lights;
 }
 
 // ---- One run. ----
 
-/// Who looks at a render while it runs: a viewer, a preview, a checkpoint, SIGUSR1.
+/// Serves a viewer, a preview, a checkpoint and SIGUSR1 while a render runs.
 class Watch {
  public:
   /// \param control must outlive the watch
@@ -126,9 +127,9 @@ class Watch {
     written_ = Clock::now();
   }
 
-  /// To those who look on: the picture that was written.
+  /// Shows the final picture in the viewer and writes it to the preview.
   void show_last(Renderer& renderer, const RenderResult& result) {
-    if (!renderer.has_picture() && !result.is_preview) return;  // photons alone
+    if (!renderer.has_picture() && !result.is_preview) return;  // photons only
     if (display_) display_->show(result.picture);
     if (!arguments_.preview.empty()) write_preview(renderer, result);
   }
@@ -145,7 +146,7 @@ class Watch {
             renderer.has_picture() ? renderer.result() : renderer.preview(preview_seconds);
         show_(result);
       } catch (const Error& error) {
-        session::warn(error.what());  // the work is not lost by it
+        session::warn(error.what());  // the render goes on
       }
     }
     if (renderer.has_picture()) show_now_and_then(renderer);
@@ -160,7 +161,7 @@ class Watch {
     }
   }
 
-  /// Shows and writes what is there now and then. It may take a twentieth of the time.
+  /// Shows and writes the picture periodically, in at most a twentieth of the time.
   void show_now_and_then(Renderer& renderer) {
     if (!display_ && arguments_.preview.empty()) return;
     const auto start = Clock::now();
@@ -200,7 +201,7 @@ class Watch {
   Clock::time_point written_ = Clock::now();
 };
 
-/// \return what of the scene is rendered, under `control`.
+/// \return the options of the render, under `control`.
 RenderOptions options_of(const RenderArguments& arguments, const ResolvedScene& scene,
                          session::RunControl& control) {
   RenderOptions options = control.options();
@@ -216,7 +217,7 @@ RenderOptions options_of(const RenderArguments& arguments, const ResolvedScene& 
   return options;
 }
 
-/// Takes up what --resume and --illumination name.
+/// Loads the parts of --resume and --illumination.
 void take_up(const RenderArguments& arguments, Renderer& renderer) {
 #if TYNDALL_ZSTD
   if (!arguments.illumination.empty()) {
@@ -226,7 +227,8 @@ void take_up(const RenderArguments& arguments, Renderer& renderer) {
   }
   if (!arguments.resume) return;
   if (std::error_code error; !fs::exists(arguments.checkpoint, error)) {
-    session::say(fmt::format("resume   {} is not there yet: begins anew\n", arguments.checkpoint));
+    session::say(fmt::format("resume   {} does not exist yet: starts from the beginning\n",
+                             arguments.checkpoint));
     return;
   }
   renderer.resume(io::read_part(arguments.checkpoint, session::available_memory()),
@@ -250,7 +252,7 @@ void require_sense(const RenderArguments& arguments, const std::vector<std::stri
 #endif
   if (arguments.resume && arguments.checkpoint.empty())
     usage_error("--resume: --checkpoint FILE is missing");
-  // What cannot be looked up cannot be written, as will be said.
+  // If the look-up fails, so will opening the checkpoint, which reports it.
   if (std::error_code error; !arguments.checkpoint.empty() && !arguments.resume
                              && fs::exists(arguments.checkpoint, error)) {
     usage_error(fmt::format("{}: is there already; add --resume to go on from it, or remove it",
@@ -269,30 +271,30 @@ void require_sense(const RenderArguments& arguments, const std::vector<std::stri
 
 // ---- Many processes.
 
-/// Tells the other ranks whether there is anything to do: rank 0 alone finds out what is wrong.
+/// The signal to the other ranks whether to work: only rank 0 checks the command and the scene.
 class Go {
  public:
   explicit Go(Communicator* ranks) : ranks_(ranks) {}
   ~Go() {
-    if (!is_given_) tell(false);
+    if (!is_given_) send(false);
   }
   Go(const Go&) = delete;
   Go& operator=(const Go&) = delete;
   void give() {
-    tell(true);
+    send(true);
     is_given_ = true;
   }
   bool is_given() const { return is_given_; }
 
-  /// \return what rank 0 says.
-  static bool ask(Communicator& ranks) {
+  /// \return the signal of rank 0.
+  static bool receive(Communicator& ranks) {
     char go = 0;
     ranks.broadcast(&go, 1);
     return go != 0;
   }
 
  private:
-  void tell(bool yes) {
+  void send(bool yes) {
     char go = yes ? 1 : 0;
     if (ranks_) ranks_->broadcast(&go, 1);
   }
@@ -301,17 +303,17 @@ class Go {
   bool is_given_ = false;
 };
 
-/// As many as this rank may have of the machine that it shares.
+/// \return the threads of this rank; ranks on one machine share its processors.
 int threads_of_rank(const RenderArguments& arguments, const Communicator& ranks) {
   if (arguments.threads > 0) return arguments.threads;
   cpu_set_t own;
   const int all = thread_count(0);
   if (::sched_getaffinity(0, sizeof own, &own) != 0) return all;
-  const int bound = CPU_COUNT(&own);  // by mpirun to some of the processors, or to none
+  const int bound = CPU_COUNT(&own);  // fewer than `all` if mpirun binds the rank
   return bound < all ? bound : std::max(1, all / ranks.local_size());
 }
 
-/// Ranks on one machine share its CUDA devices.
+/// \return the device of this rank; ranks on one machine share its CUDA devices.
 session::DeviceName device_of_rank(const RenderArguments& arguments, const Communicator& ranks) {
   session::DeviceName device = session::parse_device(arguments.device);
   if (device.kind == session::DeviceName::Kind::automatic && session::cuda_device_count() > 0)
@@ -327,10 +329,10 @@ session::Session session_of(const RenderArguments& arguments, const Communicator
                           arguments.progress);
 }
 
-/// Works for rank 0 until it needs no more.
+/// Works for rank 0 until the render ends.
 ExitCode help(const RenderArguments& arguments, Communicator& ranks) {
   session::ignore_signals();  // rank 0 stops the work
-  if (!Go::ask(ranks)) return ExitCode::done;
+  if (!Go::receive(ranks)) return ExitCode::done;
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
   const session::Device device =
       session::open_device(device_of_rank(arguments, ranks), threads_of_rank(arguments, ranks));
@@ -341,8 +343,7 @@ ExitCode help(const RenderArguments& arguments, Communicator& ranks) {
 /// \param ranks null: this process alone
 ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go& go) {
   session::expect_requests();
-  // Whatever can be wrong comes to light before the work begins: first the command line, then the
-  // scene, then the machine.
+  // Finds errors before the work begins: of the command line, the scene, then the machine.
   Outputs outputs;
   std::vector<std::string> pictures = arguments.outputs;
   if (pictures.empty()) pictures.push_back(default_output(arguments.scene));
@@ -354,7 +355,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
       outputs.distinct_paths({arguments.checkpoint, arguments.preview});
   if (!arguments.preview.empty()) {
     if (is_part(arguments.preview)) usage_error("--preview: a picture, not a part");
-    Outputs().add(arguments.preview);  // of a format that this build writes
+    Outputs().add(arguments.preview);  // throws if this build does not write the format
   }
 
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
@@ -366,10 +367,10 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   refuse_ranges_beyond(scene, arguments);
   session.prepare(scene, lights_kept(scene, arguments));
 
-  // From here on there are temporaries. What a checkpoint would lose is worth a while.
+  // The outputs below have temporaries. Writing a checkpoint after a signal may take longer.
   session::catch_signals(arguments.checkpoint.empty() ? 0.6 : 5.0);
   outputs.open();
-  if (!arguments.checkpoint.empty()) io::OutputFile(arguments.checkpoint);  // can it be written?
+  if (!arguments.checkpoint.empty()) io::OutputFile(arguments.checkpoint);  // may throw
 
   go.give();
   if (ranks != nullptr) session.distribute(*ranks);
@@ -381,7 +382,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
     if (ranks) {
       const Traffic& traffic = session.traffic();
       session::say(
-          fmt::format("ranks    {}: {:.4g} MB told and added up in {:.3g} s, waiting included\n",
+          fmt::format("ranks    {}: {:.4g} MB sent and added up in {:.3g} s, waiting included\n",
                       ranks->size(), static_cast<double>(traffic.bytes) / 1e6, traffic.seconds));
     }
     outputs.write(run);
@@ -394,8 +395,8 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   const int signal = session::caught_signal();
 
   bool has_checkpoint = !arguments.checkpoint.empty();
-  std::string lost;      // why the checkpoint of a stop could not be written: the picture is, first
-  if (has_checkpoint) {  // of the end, too: the outputs may yet fail
+  std::string lost;      // error of writing the checkpoint; thrown after the picture is written
+  if (has_checkpoint) {  // also for a finished render: the outputs may fail
     try {
       watch.write_checkpoint(*renderer);
     } catch (const Error& error) {
@@ -415,7 +416,7 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
   const std::string remedy =
       has_checkpoint ? fmt::format("; --checkpoint {} --resume goes on", arguments.checkpoint) : "";
   const ExitCode stopped = signal != 0 ? static_cast<ExitCode>(128 + signal) : ExitCode::limit;
-  // A limit that was asked for is no failure, where every pixel has samples.
+  // Reaching a limit is no failure if every pixel has samples.
   const auto code_of = [&](const RenderResult& result) {
     return signal == 0 && (renderer->shoots_only() || !result.samples.empty()) ? ExitCode::done
                                                                                : stopped;
@@ -444,19 +445,18 @@ ExitCode render_scene(const RenderArguments& arguments, Communicator* ranks, Go&
           fmt::format("{}: cannot be removed: {}", arguments.checkpoint, error.message()));
     return ExitCode::done;
   }
-  session::say(
-      fmt::format("tyndall: stopped by {}; {} photons {} of {} and samples {} of {}{}\n", reason,
-                  result.is_preview ? "the picture is a preview of" : "what was written has",
-                  result.photons.text(), result.frame.photons, result.samples.text(),
-                  result.frame.samples, remedy));
+  session::say(fmt::format(
+      "tyndall: stopped by {}; {} photons {} of {} and samples {} of {}{}\n", reason,
+      result.is_preview ? "the picture is a preview of" : "the output has", result.photons.text(),
+      result.frame.photons, result.samples.text(), result.frame.samples, remedy));
   return end(code_of(result));
 }
 
-/// \return done, limit, or 128 and the signal. \throws Error, Stopped where nothing was written.
+/// \return done, limit, or 128 + the signal. \throws Error; Stopped if nothing was written.
 ExitCode run(const RenderArguments& arguments) {
-  if (arguments.turntable != 0 && !arguments.frames) usage_error("--turntable: wants --frames A:B");
+  if (arguments.turntable != 0 && !arguments.frames) usage_error("--turntable: needs --frames A:B");
   if (arguments.frames && is_rank())
-    usage_error("--frames: not under mpirun; give each machine frames of its own");
+    usage_error("--frames: not under mpirun; run one command per machine, each with other frames");
   if (arguments.frames) return render_frames(arguments);
   const std::unique_ptr<Communicator> ranks = join_ranks();
   Go go(ranks && ranks->rank() == 0 ? ranks.get() : nullptr);
@@ -465,10 +465,10 @@ ExitCode run(const RenderArguments& arguments) {
   try {
     return is_first ? render_scene(arguments, ranks.get(), go) : help(arguments, *ranks);
   } catch (...) {
-    if (is_first && !go.is_given()) throw;  // the others hear that there is nothing to do
-    // They may wait for this rank in the midst of a step.
+    if (is_first && !go.is_given()) throw;  // ~Go() stops the other ranks
+    // The other ranks may be waiting for this one.
     const std::string who = is_first ? "" : fmt::format("rank {}: ", ranks->rank());
-    ranks->abort(tell_failure(who));
+    ranks->abort(report_failure(who));
     throw;
   }
 }
@@ -492,23 +492,25 @@ Run add(CLI::App& command) {
       .add_option("--batch", arguments->batch, "Photons or samples at a time; changes no result")
       ->type_name("N")
       ->transform(count());
-  command.add_option("--report", arguments->report, "Writes the account of the run as JSON")
+  command.add_option("--report", arguments->report, "Writes a report of the run as JSON")
       ->type_name("FILE");
   command
       .add_option("--detectors", arguments->detectors,
-                  "Writes what the scene's detectors counted as JSON")
+                  "Writes the counts of the scene's detectors as JSON")
       ->type_name("FILE");
   command.add_flag("--print-hash", arguments->print_hash,
                    "Prints the hashes of tallies and pixels, equal on every machine");
 
   command
       .add_option("--checkpoint", arguments->checkpoint,
-                  "Keeps what is done in FILE while the render runs")
+                  "Saves the finished work in FILE while the render runs")
       ->type_name("FILE");
-  command.add_option("--checkpoint-every", arguments->checkpoint_every, "How often (60s)")
+  command
+      .add_option("--checkpoint-every", arguments->checkpoint_every,
+                  "Interval of --checkpoint (60s)")
       ->type_name("TIME")
       ->transform(duration(true));
-  command.add_flag("--resume", arguments->resume, "Goes on from the checkpoint, where it is there");
+  command.add_flag("--resume", arguments->resume, "Resumes from the checkpoint if it exists");
   command
       .add_option("--time-limit", arguments->time_limit,
                   "Ends the render after 90s, 5m or 1h with the picture so far")
@@ -516,38 +518,38 @@ Run add(CLI::App& command) {
       ->transform(duration(false));
   command
       .add_option("--noise", arguments->noise,
-                  "Ends it where the relative error by noise is below X, such as 0.01")
+                  "Ends the render once the relative error of noise is below X, such as 0.01")
       ->type_name("X")
-      ->check(share());
+      ->check(fraction());
   add_range(command, arguments->samples, "--sample-range",
-            "These samples alone, of the whole picture");
-  add_range(command, arguments->photons, "--photon-range", "These photons alone; with -o FILE.tyn");
+            "Renders only these samples, of all pixels");
+  add_range(command, arguments->photons, "--photon-range",
+            "Shoots only these photons; with -o FILE.tyn");
   command
       .add_option("--illumination", arguments->illumination,
-                  "Gathers from the light of this part and shoots nothing")
+                  "Gathers the light of this part and shoots no photons")
       ->type_name("FILE");
-  command.add_flag("--allow-gaps", arguments->allow_gaps, "... even if photons are missing in it");
+  command.add_flag("--allow-gaps", arguments->allow_gaps, "Allows missing photons in that part");
   command.add_flag("--denoise", arguments->denoises,
-                   "Takes the noise out of the pictures, with Open Image Denoise");
+                   "Denoises the pictures with Open Image Denoise");
 
   command
       .add_option("--display", arguments->display,
-                  "Shows the picture while it is made in the viewer tev")
+                  "Shows the picture in the viewer tev while it renders")
       ->type_name("HOST:PORT");
-  CLI::Option* const preview =
-      command
-          .add_option("--preview", arguments->preview,
-                      "Writes the picture while it is made, again and again")
-          ->type_name("FILE");
-  command.add_option("--every", arguments->preview_every, "How often (5s)")
+  CLI::Option* const preview = command
+                                   .add_option("--preview", arguments->preview,
+                                               "Writes the picture repeatedly while it renders")
+                                   ->type_name("FILE");
+  command.add_option("--every", arguments->preview_every, "Interval of --preview (5s)")
       ->type_name("TIME")
-      ->needs(preview)  // by name, CLI11 would not survive a lack of memory
+      ->needs(preview)  // by pointer: by name, CLI11 does not survive a lack of memory
       ->transform(duration(false));
   add_frames(command, arguments->frames,
-             "A sequence: ## in names, {frame} and {t} in the scene and -D are each frame's");
+             "Renders a sequence: ## in names, {frame} and {t} in the scene and -D vary by frame");
   command
       .add_option("--turntable", arguments->turntable,
-                  "The camera turns by so many degrees about what it looks at")
+                  "Turns the camera about its look_at by DEGREES in all frames together")
       ->type_name("DEGREES")
       ->check([](const std::string& text) -> std::string {
         char* end = nullptr;

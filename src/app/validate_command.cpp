@@ -25,7 +25,7 @@ ExitCode run(const ValidateArguments& arguments) {
   if (arguments.frames) return validate_frames(arguments, *arguments.frames);
   const io::SceneFile file = io::read_scene(arguments.scene, arguments.overrides);
   for (const std::string& warning : file.warnings) session::warn(warning);
-  // The scene is none the worse for it: another machine may render it.
+  // Too little memory here is no error of the scene: another machine may render it.
   const std::string shortage = session::memory_shortage(file.scene);
   if (!shortage.empty()) session::warn(shortage);
   if (shortage.empty())

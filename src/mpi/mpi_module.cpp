@@ -1,4 +1,4 @@
-// The only file with MPI; built as a module of its own, see mpi/mpi_module.h.
+// The only file that uses MPI, built as a separate module; see mpi/mpi_module.h.
 #include "mpi/mpi_module.h"
 
 #include <mpi.h>
@@ -10,10 +10,10 @@
 namespace tyndall {
 namespace {
 
-/// What MPI counts in int, and what a reduction takes once more while it works.
+/// Values per call: MPI counts in int, and a reduction allocates a copy of its operands.
 constexpr std::size_t most_at_once = std::size_t{1} << 22;
 
-/// MPI ends all ranks, and says why, where something fails: no return code is to be looked at.
+/// Return codes are not checked: on an error MPI prints the reason and ends all ranks.
 class MpiCommunicator final : public Communicator {
  public:
   MpiCommunicator() {
@@ -72,7 +72,7 @@ class MpiCommunicator final : public Communicator {
   void abort(int exit_code) override { MPI_Abort(MPI_COMM_WORLD, exit_code); }
 
  private:
-  /// Asks for the ticket after the next: it is on its way while this rank works.
+  /// Requests a ticket ahead of its use, so that it arrives while this rank works.
   void draw() { MPI_Fetch_and_op(&one_, &drawn_, MPI_UINT64_T, 0, 0, MPI_SUM, window_); }
 
   int rank_ = 0, size_ = 1, local_rank_ = 0, local_size_ = 1;

@@ -1,5 +1,5 @@
 /// \file
-/// The only door to MPI: a module (io/module.h) that is loaded where mpirun started the program.
+/// The interface to MPI: a module (io/module.h) that is loaded if mpirun started the program.
 #pragma once
 
 namespace tyndall {
@@ -7,7 +7,7 @@ class Communicator;
 }
 
 extern "C" {
-/// \return the ranks of this job, which end with it; null where MPI cannot be started.
+/// \return the ranks of this job; deleting it finalizes MPI. Null if MPI cannot be started.
 tyndall::Communicator* tyndall_mpi_1();
 using TyndallMpi = tyndall::Communicator*();
 }

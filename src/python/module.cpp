@@ -1,5 +1,4 @@
-// tyndall._core: what the Python package calls. Arrays and dictionaries in, arrays and dictionaries
-// out.
+// tyndall._core: the extension module of the Python package. It exchanges arrays and dictionaries.
 #include <pybind11/functional.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -30,10 +29,10 @@ namespace {
 
 namespace py = pybind11;
 
-/// (pass, share of it that is done); false stops the work.
+/// (pass, fraction of the pass that is done); false stops the work.
 using Callback = std::function<bool(const std::string&, double)>;
 
-/// A run that calls back now and then, and that Ctrl-C ends. Used without the interpreter's lock.
+/// A run that calls back periodically and that Ctrl-C ends. Used without the interpreter's lock.
 class Watched {
  public:
   Watched(const std::string& device, int threads, Callback callback)
@@ -46,7 +45,7 @@ class Watched {
   }
 
   session::Session session;
-  std::vector<std::string> warnings;  ///< what the command line would say
+  std::vector<std::string> warnings;  ///< as on the command line
 
  private:
   void show(const Progress& progress) {
@@ -56,10 +55,10 @@ class Watched {
     last_ = now;
     const py::gil_scoped_acquire lock;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-    const double share = progress.total > 0 ? static_cast<double>(progress.done)
-                                                  / static_cast<double>(progress.total)
-                                            : 1.0;
-    if (callback_ && !callback_(progress.pass, share)) is_stopped_ = true;
+    const double fraction = progress.total > 0 ? static_cast<double>(progress.done)
+                                                     / static_cast<double>(progress.total)
+                                               : 1.0;
+    if (callback_ && !callback_(progress.pass, fraction)) is_stopped_ = true;
   }
 
   const Callback callback_;
@@ -67,7 +66,7 @@ class Watched {
   std::atomic<bool> is_stopped_ = false;
 };
 
-/// As Python names files: bytes that are no UTF-8 become lone surrogates.
+/// \return a str, as Python names files: bytes that are not UTF-8 become lone surrogates.
 py::object text(const std::string& bytes) {
   PyObject* made =
       PyUnicode_DecodeUTF8(bytes.data(), static_cast<Py_ssize_t>(bytes.size()), "surrogateescape");
@@ -81,7 +80,7 @@ py::list texts(const std::vector<std::string>& all) {
   return out;
 }
 
-/// What `make` returns. Python's lack of memory becomes that of C++, which is reported as an Error.
+/// \return make(). Turns Python's MemoryError into std::bad_alloc, which is reported as an Error.
 template <class F>
 auto made(const F& make) {
   try {
@@ -211,7 +210,7 @@ PYBIND11_MODULE(_core, m) {
   using namespace tyndall;
   m.attr("version") = TYNDALL_VERSION;
   m.attr("arithmetic") = arithmetic_version;
-  // The class itself is the package's, which alone knows it.
+  // The package defines the class of the exceptions, tyndall.Error.
   py::register_exception_translator([](std::exception_ptr p) {
     const auto raise = [](const std::string& what, ExitCode code) {
       const py::object type = py::module_::import("tyndall").attr("Error");

@@ -15,7 +15,7 @@ namespace tyndall::session {
 
 void reserve_standard_streams() {
   for (int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
-    // Opened for reading, so that what is printed into a closed stream is still an error.
+    // Opened for reading, so that printing to a closed stream is still an error.
     if (::fcntl(stream, F_GETFD) < 0) static_cast<void>(::open("/dev/null", O_RDONLY));
 }
 

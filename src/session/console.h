@@ -1,22 +1,22 @@
 /// \file
-/// Standard output carries what was asked for; everything else goes to standard error.
+/// Results go to standard output, everything else to standard error.
 #pragma once
 
 #include <string_view>
 
 namespace tyndall::session {
 
-/// Makes sure that no output file gets the number of a standard stream that was closed before the
-/// start.
+/// Opens standard streams that were closed before the start, so that no output file gets their
+/// numbers.
 void reserve_standard_streams();
 
-/// \throws Error(output_failed).
+/// Prints to standard output. \throws Error(output_failed)
 void print(std::string_view text);
 
-/// For people, on standard error. Never fails: a lost message is no reason to lose a picture.
+/// Prints a message to standard error. Never fails: a lost message must not cost a picture.
 void say(std::string_view text) noexcept;
 
-/// Says one line that begins with "tyndall: warning: ".
+/// Prints a line that begins with "tyndall: warning: " to standard error.
 void warn(std::string_view text);
 
 }  // namespace tyndall::session

@@ -30,7 +30,7 @@ Device cuda(int index) {
   if (index != DeviceName::all) return {make_cuda_backend(index), fmt::format("cuda:{}", index)};
   std::vector<std::unique_ptr<Backend>> backends;
   std::vector<int> indices;
-  const int count = std::max(1, cuda_device_count());  // without one: the error of the first
+  const int count = std::max(1, cuda_device_count());  // no device: throws for device 0
   for (int i = 0; i < count; ++i) {
     try {
       backends.push_back(make_cuda_backend(i));
@@ -79,7 +79,7 @@ Device open_device(const DeviceName& name, int threads, const std::string& why_n
     }
   }
 #else
-  if (problem.empty()) return cpu(threads);  // there is no other
+  if (problem.empty()) return cpu(threads);  // the only device
 #endif
   Device device = cpu(threads);
   say(fmt::format("device   {}, for want of another: {}\n", device.backend->name(), problem));

@@ -1,5 +1,5 @@
 /// \file
-/// What renders: the processor or a CUDA device.
+/// Selects the device that renders: the processor or CUDA devices.
 #pragma once
 
 #include <memory>
@@ -25,14 +25,14 @@ struct Device {
   std::string name;  ///< "cpu", "cuda:0", "cuda:0+1"
 };
 
-/// \param why_not_automatic where a CUDA device was tried, what was wrong with it: then the
-/// processor it is; empty: not tried yet
+/// \param why_not_automatic the error of a CUDA device that was tried: `automatic` then opens the
+/// processor; empty: none was tried
 /// \throws Error(device)
 Device open_device(const DeviceName& name, int threads, const std::string& why_not_automatic = {});
 
 int cuda_device_count();
 
-/// \return a line for each device, and why there are no CUDA devices where there are none.
+/// \return a line for each device, and the reason if there are no CUDA devices.
 std::string list_devices();
 
 }  // namespace tyndall::session

@@ -24,7 +24,7 @@ std::uint64_t machine() {
   return unlimited;
 }
 
-/// Version 2. Beyond the limit the kernel would end the process without a word.
+/// Control groups, version 2. Beyond their limit the kernel kills the process without a message.
 std::uint64_t control_group() {
   std::string path;
   std::getline(std::ifstream("/proc/self/cgroup"), path);
@@ -32,7 +32,7 @@ std::uint64_t control_group() {
   const std::string folder = "/sys/fs/cgroup" + path.substr(3);
   std::uint64_t limit = 0;
   if (!(std::ifstream(folder + "/memory.max") >> limit)) return unlimited;  // "max" is no number
-  // Not memory.current: that counts cached files too, which make room when asked.
+  // Not memory.current: it counts cached files, too, which the kernel can drop.
   std::ifstream file(folder + "/memory.stat");
   std::string key;
   for (std::uint64_t bytes = 0; file >> key >> bytes;)

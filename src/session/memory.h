@@ -8,12 +8,12 @@
 
 namespace tyndall::session {
 
-/// \return [byte] that this process can still get, as the machine, the control group and the limits
-/// of the shell (ulimit -v) have it.
+/// \return [byte] that this process can still allocate: the least of the machine's free memory, the
+/// limit of the control group and that of the shell (ulimit -v).
 std::uint64_t available_memory();
 
-/// \return what to say of a scene that needs more memory than that; empty if there is
-/// enough. \param lights replicates whose light is kept at the same time
+/// \return a message if the scene needs more than available_memory(), else empty.
+/// \param lights number of replicates whose light is held at once
 std::string memory_shortage(const ResolvedScene& scene, int lights = 1);
 
 }  // namespace tyndall::session

@@ -28,7 +28,7 @@ std::string clock_text(double seconds) {
   return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
-/// \return speed and time left of the pass, or nothing where it is too early to say.
+/// \return speed and time left of the pass; empty if it is too early for an estimate.
 std::string outlook(const Progress& progress, double seconds) {
   if (progress.done == 0 || seconds < 0.2) return "";
   const double speed = static_cast<double>(progress.done) / seconds;
@@ -78,7 +78,7 @@ void ProgressMeter::show(const Progress& progress) {
   const auto filled = std::min(cells, static_cast<std::size_t>(share * cells));
   std::string line =
       fmt::format("{:8}[{:-<{}}]{:4} %{}", pass_, std::string(filled, '#'), cells, percent, after);
-  line.resize(std::min(line.size(), terminal_width() - 1));  // a wrapped line cannot be drawn over
+  line.resize(std::min(line.size(), terminal_width() - 1));  // "\r" cannot overwrite a wrapped line
   say("\r" + line + "\x1b[K");
   visible_ = true;
 }

@@ -1,5 +1,5 @@
 /// \file
-/// How far a render is, on standard error.
+/// Shows the progress of a render on standard error.
 #pragma once
 
 #include <chrono>
@@ -12,7 +12,7 @@ namespace tyndall::session {
 enum class ProgressStyle {
   none,
   plain,  ///< one line every 10 % of a pass, for logs
-  bar,    ///< one line that is drawn over, for terminals
+  bar,    ///< one line that is overwritten, for terminals
 };
 
 /// \param name auto, bar, plain or none
@@ -26,7 +26,7 @@ class ProgressMeter {
   ProgressMeter& operator=(const ProgressMeter&) = delete;
 
   void show(const Progress& progress);
-  /// Takes the bar off the terminal.
+  /// Erases the bar from the terminal.
   void clear();
 
  private:
@@ -36,7 +36,7 @@ class ProgressMeter {
   std::string pass_;
   Clock::time_point start_;  // of the pass
   Clock::time_point drawn_;
-  int tenths_ = -1;  // the last line of `plain`
+  int tenths_ = -1;  // of the pass, at the last line of `plain`
   bool visible_ = false;
 };
 

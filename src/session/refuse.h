@@ -1,5 +1,5 @@
 /// \file
-/// What a run refuses to do with the files that it reads and writes.
+/// Checks that no output of a run replaces another file of the run.
 #pragma once
 
 #include <string>
@@ -10,11 +10,11 @@ namespace tyndall::session {
 /// \throws Error(usage)
 [[noreturn]] void usage_error(const std::string& message);
 
-/// No output may replace another. \throws Error(usage)
+/// \throws Error(usage) if one output would replace another
 void refuse_repeats(const std::vector<std::string>& outputs);
 
-/// No output may replace what the run reads. \throws Error(usage)
-/// \param first, others what the inputs are
+/// \throws Error(usage) if an output would replace an input
+/// \param first, others descriptions of the first and of the other inputs for the message
 void refuse_inputs(const std::vector<std::string>& inputs, const std::vector<std::string>& outputs,
                    const char* first = "the scene itself",
                    const char* others = "read by the scene");

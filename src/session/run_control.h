@@ -1,5 +1,5 @@
 /// \file
-/// What may end a run or pause it.
+/// Ends or pauses a run.
 #pragma once
 
 #include <functional>
@@ -11,8 +11,8 @@
 
 namespace tyndall::session {
 
-/// Ends a run that is interrupted, whose noise is low enough or whose time is over, and pauses it
-/// for whoever looks at it.
+/// Ends a run if it is interrupted, its noise is low enough or its time is over. Pauses it for
+/// `look`.
 class RunControl {
  public:
   explicit RunControl(ProgressStyle style) : meter_(style) {}
@@ -21,20 +21,20 @@ class RunControl {
 
   double time_limit = 0;  ///< [s] from the start of the render; 0: none
   double noise = 0;       ///< see relative_noise(); 0: no limit
-  /// Whether the run shall end, by a signal if not by something else. Read by all threads.
+  /// Returns whether the run must end; by default after a signal. Called by all threads.
   std::function<bool()> is_interrupted = [] { return caught_signal() != 0; };
-  /// Whether an interrupted run keeps its photons and samples: else it throws Stopped.
+  /// Whether an interrupted run keeps its photons and samples; if not, it throws Stopped.
   bool keeps_result = true;
-  /// Shows how far the run is; called by its thread.
+  /// Shows the progress; called by the thread of the run.
   std::function<void(const Progress&)> show = [this](const Progress& p) { meter_.show(p); };
-  /// Called at each moment of a run that goes on.
+  /// Called at each Moment at which the run continues.
   std::function<void(Renderer&)> look;
 
-  /// \return the options of a run under this control, which must outlive it.
+  /// \return the options of a run under this control. The control must outlive the run.
   RenderOptions options();
-  /// Takes the progress off the terminal.
+  /// Erases the progress from the terminal.
   void clear() { meter_.clear(); }
-  /// \return which limit has ended a run that is not done and was not interrupted.
+  /// \return the limit that ended the run. \pre the run is not done and was not interrupted
   std::string limit() const;
 
  private:

@@ -37,7 +37,7 @@ std::unique_ptr<Renderer> Session::begin(const ResolvedScene& scene, const Rende
   try {
     return std::make_unique<Renderer>(scene, *device_.backend, options);
   } catch (const Error& error) {
-    // Before the first photon another device will do.
+    // No photon has been traced yet: another device can take over.
     if (error.code() != ExitCode::device || !may_change_device()) throw;
     control_.clear();
     device_ = open_device(device_name_, threads_, error.what());

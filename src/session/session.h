@@ -1,5 +1,5 @@
 /// \file
-/// The protocol of a run, for all commands that render and for the Python module.
+/// The steps of a run, for all commands that render and for the Python module.
 #pragma once
 
 #include <functional>
@@ -17,49 +17,50 @@
 
 namespace tyndall::session {
 
-/// Where a run works, and what it shows of that.
+/// Device, threads and progress style of a run.
 struct WorkArguments {
   int threads = 0;                ///< 0: one per hardware thread
   std::string device = "auto";    ///< "auto", "cpu", "cuda", "cuda:1"
   std::string progress = "auto";  ///< auto, bar, plain, none
 };
 
-/// One run after the other on one device: accept() and prepare() find out what is wrong before the
-/// work, begin() and run() do it, finish() completes its result.
+/// Performs runs on one device, one after the other. accept() and prepare() find errors before the
+/// work, begin() and run() do the work, finish() completes the result.
 class Session {
  public:
   /// \throws Error(usage)
   explicit Session(const WorkArguments& arguments);
-  /// Of a rank that shares its machine with others.
+  /// For a rank that shares its machine with others.
   Session(const DeviceName& device, int threads, const std::string& progress);
 
-  /// Gets every warning.
+  /// Called with every warning.
   std::function<void(const std::string&)> on_warning = &warn;
 
-  /// Takes a scene that was read: refuses to write over its inputs and `more`, and prints its
+  /// Checks a scene that was read: no output may replace its inputs or `more`. Passes on its
   /// warnings. \throws Error(usage)
   void accept(const io::SceneFile& file, const std::vector<std::string>& outputs,
               const std::vector<std::string>& more = {});
-  /// Finds out whether memory is enough for a scene, and for the light of so many replicates, and
-  /// opens the device. \throws Error(out_of_memory, device)
+  /// Checks that memory suffices for a scene with the light of `lights` replicates, and opens the
+  /// device. \throws Error(out_of_memory, device)
   void prepare(const ResolvedScene& scene, int lights = 1);
-  /// From here on all ranks do the work. \pre prepare() \param ranks must outlive the session
+  /// Distributes later runs over all ranks. \pre prepare() \param ranks must outlive the session
   void distribute(Communicator& ranks);
 
   RunControl& control() { return control_; }
-  /// \return whether nobody has named the device: then another will do, too.
+  /// \return whether the device was chosen automatically, so that another may replace it.
   bool may_change_device() const { return device_name_.kind == DeviceName::Kind::automatic; }
   const Traffic& traffic() const { return traffic_; }
 
-  /// \return a render that has its bounds; if it finds too little memory on a device that nobody
-  /// has named, it is on the processor. \pre prepare() \throws as Renderer
+  /// \return a render that has its bounds. It runs on the processor if an automatically chosen
+  /// device fails. \pre prepare() \throws as Renderer
   std::unique_ptr<Renderer> begin(const ResolvedScene& scene, const RenderOptions& options);
-  /// \param is_last what follows is written whatever time it takes \return Renderer::run()
+  /// \param is_last the output follows; a signal no longer limits the time that writing it takes
+  /// \return as Renderer::run()
   bool run(Renderer& renderer, bool is_last);
-  /// Gives the picture its header, and prints the warnings that the render of `scene` has added to
-  /// those that accept() printed.
+  /// Adds the picture's header, and passes on the warnings that the render of `scene` has added to
+  /// those of accept().
   void finish(RenderResult& result, const ResolvedScene& scene) const;
-  /// Says the account of a result. \return it for those who write it
+  /// Prints the report of a result. \return the data of the report, for the outputs
   io::Run report(Renderer& renderer, const RenderResult& result, const io::SceneFile& file,
                  const std::string& scene) const;
 

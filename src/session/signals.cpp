@@ -12,7 +12,7 @@
 namespace tyndall::session {
 namespace {
 
-// Read by all threads; without locks, as a handler must be.
+// Read by all threads. A signal handler may use only lock-free atomics.
 std::atomic<int> caught = 0, leaving = 0, wanted = 0, resting = 0;
 static_assert(std::atomic<int>::is_always_lock_free);
 
@@ -21,7 +21,7 @@ static_assert(std::atomic<int>::is_always_lock_free);
   ::_exit(128 + signal);
 }
 
-/// Between two photons is too late where one photon walks for minutes.
+/// Ends the program if the render does not stop in time: one photon may walk for minutes.
 timer_t patience;
 itimerspec as_long{};
 
@@ -52,7 +52,7 @@ void catch_signals(double seconds) {
   ::timer_create(CLOCK_MONOTONIC, nullptr, &patience);  // sends SIGALRM
   struct sigaction action {};
   action.sa_handler = on_signal;
-  // No SA_RESTART: a call that waits (a pipe without a reader) gives up.
+  // No SA_RESTART: a blocking call (a pipe without a reader) fails instead.
   for (int signal : {SIGINT, SIGTERM}) ::sigaction(signal, &action, nullptr);
   struct sigaction hangup {};
   ::sigaction(SIGHUP, nullptr, &hangup);

@@ -1,38 +1,37 @@
 /// \file
-/// SIGINT, SIGTERM and SIGHUP, which end a render, and SIGUSR1, which asks for its picture.
+/// SIGINT, SIGTERM and SIGHUP end a render; SIGUSR1 requests its picture.
 #pragma once
 
 namespace tyndall::session {
 
-/// From here on the first of the signals is noted, for the render to stop in order. Where it has
-/// not stopped after `patience` [s], or at the second signal, the temporaries are removed and the
-/// program leaves at once. SIGPIPE is ignored: a closed pipe is an error of writing.
+/// From here on the first signal is recorded, so that the render can stop in order. If it has not
+/// stopped after `patience` [s], or at a second signal, the handler removes the temporaries and
+/// exits immediately. SIGPIPE is ignored: writing to a closed pipe is an error.
 void catch_signals(double patience = 0.6);
 
-/// From here on none of the signals does anything.
+/// From here on all these signals are ignored.
 void ignore_signals();
 
-/// From here on the first of the signals leaves at once: what remains are a few renames, each of
-/// them whole.
+/// From here on the first signal exits immediately: only atomic renames are left.
 void leave_on_signal() noexcept;
 
-/// The render has stopped in order: what it still has to write takes its time.
+/// Turns off the time limit after a signal: the render has stopped in order and writes its outputs.
 void end_patience() noexcept;
 
-/// From here on SIGUSR1 asks for the picture: sooner it would end the program.
+/// From here on SIGUSR1 requests the picture; main() ignores the signal until then.
 void expect_requests();
 
 /// \return whether SIGUSR1 has come since the last call.
 bool take_request_for_picture() noexcept;
 
-/// From here on the signals end the program as if it had never caught them: what it does last could
-/// hang. \return `code`, or that of a signal which was noted where all went well in spite of it.
+/// Restores the default actions of the signals: the last steps of the program could hang.
+/// \return `code`; 128 + the signal if `code` is 0 and a signal was recorded.
 int end_catching(int code) noexcept;
 
-/// \return number of the signal that was noted, 0 for none.
+/// \return the number of the recorded signal; 0: none.
 int caught_signal() noexcept;
 
-/// \return whether a signal was noted before end_patience(): then it is the reason of what fails.
+/// \return whether a signal was recorded before end_patience(): it explains any failure.
 bool is_cut_short() noexcept;
 
 }  // namespace tyndall::session

@@ -1,4 +1,4 @@
-// Drives the executable as a person or a script does: exit codes, streams, files, signals.
+// Runs the executable as a shell does: exit codes, streams, files, signals.
 #include <fcntl.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -27,7 +27,7 @@ using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
 struct Outcome {
-  int code = -1;  // -1: ended by a signal or by this test's patience
+  int code = -1;  // -1: ended by a signal or by this test's time limit
   std::string out, err;
 };
 
@@ -66,7 +66,7 @@ class CliTest : public testing::Test {
     if (!scratch_.empty()) fs::remove_all(scratch_);
   }
 
-  /// Starts the executable in folder_; its streams go to files beside that.
+  /// Starts the executable in folder_; its streams go to files beside folder_.
   pid_t start(std::vector<std::string> arguments, const char* out = nullptr) const {
     arguments.insert(arguments.begin(), binary_);
     std::vector<char*> argv;
@@ -74,7 +74,7 @@ class CliTest : public testing::Test {
     argv.push_back(nullptr);
     const std::string out_path = out != nullptr ? out : (scratch_ / "out").string();
     const std::string err_path = scratch_ / "err";
-    fs::remove(err_path);  // what the last command said
+    fs::remove(err_path);  // messages of the last command
     const pid_t child = ::fork();
     if (child != 0) return child;
     const auto send = [](const std::string& path, int stream) {
@@ -87,7 +87,7 @@ class CliTest : public testing::Test {
     ::_exit(127);
   }
 
-  /// Longer than a busy machine needs, far less than what was stopped would have taken.
+  /// Time limit: longer than a busy machine needs, far shorter than the stopped renders.
   Outcome wait(pid_t child) const {
     const auto end = Clock::now() + 60s;
     int status = 0;
@@ -108,8 +108,8 @@ class CliTest : public testing::Test {
     return wait(start(arguments, out));
   }
 
-  /// The command fails with `code` and one line that holds `text`, prints nothing and leaves no
-  /// file.
+  /// Expects that the command fails with `code` and one line that contains `text`, prints nothing
+  /// and leaves no file.
   void expect_error(const std::vector<std::string>& arguments, int code, const std::string& text) {
     SCOPED_TRACE(testing::PrintToString(arguments));
     const auto before = names();
@@ -121,7 +121,7 @@ class CliTest : public testing::Test {
     EXPECT_EQ(names(), before);
   }
 
-  /// Of the files in folder_.
+  /// \return the names of the files in folder_.
   std::set<std::string> names() const {
     std::set<std::string> names;
     for (const auto& entry : fs::directory_iterator(folder_)) names.insert(entry.path().filename());
@@ -160,7 +160,7 @@ TEST_F(CliTest, PrintsWhatItIsAskedForOnStandardOutput) {
   EXPECT_EQ(help.out, run({"render", "--help"}).out);
 }
 
-// Hundreds of libraries come with those that read images and volumes, and with MPI.
+// Libraries for images, volumes and MPI depend on hundreds of others.
 TEST_F(CliTest, StartsWithoutTheLibrariesThatFewRunsNeed) {
   const std::string log = scratch_ / "loader";
   ::setenv("LD_DEBUG", "libs", 1);
@@ -171,7 +171,7 @@ TEST_F(CliTest, StartsWithoutTheLibrariesThatFewRunsNeed) {
   EXPECT_EQ(wait(child).code, 0);
   const std::string loaded = contents(log + "." + std::to_string(child));
   if (loaded.find("find library=") == std::string::npos)
-    GTEST_SKIP() << "the loader does not list what it loads";
+    GTEST_SKIP() << "the loader does not list the libraries";
   for (const char* library : {"libOpenImageIO", "libopenvdb", "libmpi"})
     EXPECT_EQ(loaded.find(std::string("find library=") + library), std::string::npos) << library;
 }
@@ -252,7 +252,7 @@ TEST_F(CliTest, ConvertsScenes) {
 // ---- Renders
 
 TEST_F(CliTest, FindsBadInputAndOutputBeforeItRenders) {
-  const std::string hours = "100000000000";  // photons: these would not come back in time
+  const std::string hours = "100000000000";  // photons: far more than the time limit allows
   expect_error({"render", "none.json", "--photons", hours}, 4, "none.json");
   expect_error({"render", "scene.json", "--photons", "0"}, 2,
                "--photons: expected an integer in [1, 1e+11], got '0'");
@@ -319,12 +319,12 @@ TEST_F(CliTest, DetectorsAccountForAllPower) {
       sum += rgb(json, term).at(c);
     EXPECT_NEAR(sum, shot[c], 1e-12 * shot[c]) << json;
     EXPECT_GT(absorbed[c], 0.0);
-    EXPECT_NE(rgb(json, "roulette").at(c), 0.0) << "0 on average alone";
+    EXPECT_NE(rgb(json, "roulette").at(c), 0.0) << "0 only on average";
   }
   const std::size_t voxel = json.find("\"size\": [1, 1, 1]");
   ASSERT_NE(voxel, std::string::npos) << json;
   std::string inner = json.substr(json.find("[[", voxel) + 1);
-  EXPECT_EQ(rgb("\"p\": " + inner, "p"), absorbed) << "the one voxel has all of it";
+  EXPECT_EQ(rgb("\"p\": " + inner, "p"), absorbed) << "the single voxel has all of it";
 }
 
 TEST_F(CliTest, PathsHaveNoUseForDetectors) {
@@ -442,7 +442,7 @@ class ResumeTest : public CliTest {
     if (run({"merge", "a.tyn", "-o", "b.tyn"}).err.find("TYNDALL_ZSTD is off") != std::string::npos)
       GTEST_SKIP() << "this build has no checkpoints";
   }
-  /// Takes a few seconds.
+  /// The render takes a few seconds.
   static std::vector<std::string> long_render(std::vector<std::string> more,
                                               const std::string& photons = "2e6",
                                               const std::string& samples = "512") {
@@ -550,9 +550,9 @@ TEST_F(ResumeTest, PreviewsWhileItRenders) {
   const std::string whole = contents(folder_ / "a.pfm");
   EXPECT_EQ(early.size(), whole.size());
   EXPECT_NE(early, whole);
-  EXPECT_EQ(contents(folder_ / "p.pfm"), whole) << "it ends as the picture";
+  EXPECT_EQ(contents(folder_ / "p.pfm"), whole) << "the last preview is the picture";
   expect_error({"render", "scene.json", "--every", "1s"}, 2, "--preview");
-  fs::remove(folder_ / "p.pfm");  // photons alone have no picture
+  fs::remove(folder_ / "p.pfm");  // photons alone give no picture
   const Outcome photons =
       run({"render", "scene.json", "--photon-range", "0:10", "-o", "l.tyn", "--preview", "p.pfm"});
   EXPECT_EQ(photons.code, 0) << photons.err;
@@ -563,7 +563,7 @@ TEST_F(ResumeTest, EndsAtALimitWithAPicture) {
   const Outcome limited =
       run(long_render({"--time-limit", "1s", "--report", "r.json"}, "1e9", "1e6"));
   EXPECT_EQ(limited.code, 0) << limited.err;
-  EXPECT_NE(limited.err.find("stopped by --time-limit 1s; what was written has photons 0:"),
+  EXPECT_NE(limited.err.find("stopped by --time-limit 1s; the output has photons 0:"),
             std::string::npos)
       << limited.err;
   EXPECT_NE(limited.err.find("limit    --time-limit 1s ended the render"), std::string::npos);
@@ -607,7 +607,7 @@ TEST_F(ResumeTest, AddsPartsUp) {
   EXPECT_NE(run({"info", "light.tyn"}).out.find("0:1000 of 1000"), std::string::npos);
 
   expect_error({"merge", "a.tyn", "a.tyn", "-o", "x.pfm"}, 4, "both have samples 0:");
-  // Those two, not whatever was merged before.
+  // The message names these two files, not the parts merged before.
   expect_error({"merge", "b.tyn", "a.tyn", "b.tyn", "-o", "x.pfm"}, 4,
                "b.tyn: cannot be merged with b.tyn: both have samples 4:9");
   expect_error({"merge", "p.tyn", "p.tyn", "-o", "x.tyn"}, 4,
@@ -648,7 +648,7 @@ TEST_F(CliTest, ListsDevicesAndTakesOne) {
 // ---- Sequences
 
 TEST_F(CliTest, FramesAreWhatTheyAreAlone) {
-  // Where only the camera moves, the light is shot once; where the seed changes, it is not.
+  // If only the camera moves, photons are shot once; if the seed changes, for each frame.
   const Outcome moving = run({"render", "scene.json", "--frames", "1:3", "-D",
                               "camera.fov={frame}5", "-o", "f.##.pfm", "--print-hash"});
   ASSERT_EQ(moving.code, 0) << moving.err;
@@ -688,7 +688,7 @@ TEST_F(CliTest, ATurntableTurnsTheCamera) {
   ASSERT_EQ(turned.code, 0) << turned.err;
   const Outcome half = run({"render", "scene.json", "-D", "camera.position=[0.5,0.5,3]", "-D",
                             "camera.look_at=[0.5,0.5,0.5]", "-o", "x.pfm", "--print-hash"});
-  // The same but for the rounding of the turned position.
+  // Equal except for the rounding of the rotated position.
   const std::string a = contents(folder_ / "f.02.pfm"), b = contents(folder_ / "x.pfm");
   ASSERT_EQ(a.size(), b.size());
   const std::string first = contents(folder_ / "f.00.pfm");
@@ -719,7 +719,7 @@ TEST_F(CliTest, ASequenceGoesOnWhereItWasStopped) {
   EXPECT_NE(again.err.find("frame    1 (1 of 2): is there already"), std::string::npos)
       << again.err;
   EXPECT_EQ(again.out, first.out.substr(first.out.find("frame 2")));
-  if (exr_) {  // whose header says of what scene it is
+  if (exr_) {  // the header has the hash of the scene
     std::vector<std::string> other = line;
     other.insert(other.end(), {"-s", "9"});
     expect_error(other, 2, "f.0001.exr: is there already, of another scene");
@@ -739,10 +739,10 @@ TEST_F(CliTest, ASequenceGoesOnWhereItWasStopped) {
     std::this_thread::sleep_for(2ms);
   ::kill(child, SIGINT);
   EXPECT_EQ(wait(child).code, 130);
-  EXPECT_EQ(names(), before);  // what is not whole is no frame
+  EXPECT_EQ(names(), before);  // an incomplete file does not count as a frame
 }
 
-/// A scene of a simulation: what a test writes into its folder, or what write-volumes left.
+/// A scene of a simulation, with files of the test or of write-volumes.
 class SequenceTest : public CliTest {
  protected:
   static std::string raw(const char* file = "v##.raw") {
@@ -764,7 +764,7 @@ class SequenceTest : public CliTest {
     for (const std::string& name : names) fs::copy_file(fs::path(from) / name, folder_ / name);
     return true;
   }
-  /// \return the mean of all channels of a picture without a background: 0 where there is nothing.
+  /// \return the mean of all channels of a picture without a background; 0: an empty picture.
   double mean(const std::string& name) const {
     const std::string file = contents(folder_ / name);
     std::vector<float> v(16 * 16 * 3);
@@ -805,7 +805,7 @@ TEST_F(SequenceTest, RendersTheFramesThatCanBeReadAndListsTheOthers) {
   EXPECT_NE(outcome.err.find("v03.raw: expected 4 x 2 x 2 x 2 bytes, got 9", end),
             std::string::npos)
       << outcome.err;
-  // The same line goes on: what is there stays, also where its input has gone since.
+  // The same command resumes: existing pictures stay, also if their input is gone.
   write_raw("v02.raw", 1), write_raw("v03.raw", 0.5f);
   fs::remove(folder_ / "v04.raw");
   const Outcome again = sequence("1:5", {raw()});
@@ -863,7 +863,7 @@ TEST_F(SequenceTest, AFrameWithoutVoxelsIsAFrameWithoutMatter) {
   EXPECT_TRUE(says(middle, "sim.02.vdb: no active voxels: empty in this frame")) << middle.err;
   for (const char* name : {"f.01.pfm", "f.02.pfm", "f.03.pfm"}) fs::remove(folder_ / name);
 
-  // The first one, alone, and without a box to go by; the background is seen through nothing.
+  // The empty first frame alone, without a box: the picture is the background.
   for (const char* frames : {"1:2", "1"}) {
     const Outcome first = sequence(frames, {vdb("late.##.vdb"), look, "background=1"});
     EXPECT_EQ(first.code, 0) << first.err;
@@ -871,10 +871,10 @@ TEST_F(SequenceTest, AFrameWithoutVoxelsIsAFrameWithoutMatter) {
     fs::remove(folder_ / "f.01.pfm");
   }
   EXPECT_GT(mean("f.02.pfm"), 0.0);
-  // A still is as it was: whoever names one file means something to be in it.
+  // In a still an empty volume is an error: a single named file should not be empty.
   expect_error({"render", "scene.json", "-D", vdb("late.01.vdb")}, 4, "no active voxels");
   EXPECT_EQ(sequence("1:2", {vdb("late.01.vdb")}).code, 4)
-      << "nor does a file of all frames change";
+      << "an empty file of all frames is an error, too";
 }
 
 TEST_F(SequenceTest, AGridThatOneFrameLacksIsEmptyThere) {
@@ -894,12 +894,12 @@ TEST_F(SequenceTest, AGridThatOneFrameLacksIsEmptyThere) {
   const std::string lacks = "lacks this grid, which other frames have: taken as empty";
   EXPECT_TRUE(says(outcome, "emission.temperature.file: sim.03.vdb: " + lacks)) << outcome.err;
   EXPECT_TRUE(says(outcome, "field.file: sim.04.vdb: " + lacks)) << outcome.err;
-  // One that no frame has is a slip of the pen.
+  // A grid that no frame has is an error.
   const Outcome none = sequence("1:4", {vdb("sim.##.vdb", R"(,"grid":"desnity")"), look});
   EXPECT_EQ(none.code, 4);
   EXPECT_TRUE(says(none, R"(it has no grid "desnity"; its grids: "density")")) << none.err;
   EXPECT_FALSE(says(none, "frame    2 ")) << none.err;
-  // Inside of a surface of no faces nothing is, whatever its background.
+  // A surface without faces has no inside, independent of its background.
   fs::remove(folder_ / "f.01.pfm");
   const Outcome surface = sequence("1", {vdb("surface.##.vdb"), look, "background=1"});
   EXPECT_EQ(surface.code, 0) << surface.err;
@@ -915,7 +915,7 @@ TEST_F(SequenceTest, IsFittedOnceForAllFrames) {
   const std::string fit = "fit      medium.components[0].field.file: in all frames as in ";
   EXPECT_TRUE(says(outcome, fit + "late.02.vdb")) << outcome.err;
   EXPECT_EQ(outcome.err.find(fit), outcome.err.rfind(fit)) << "once\n" << outcome.err;
-  // The first that has something in it is placed as it would be by itself; the others as that is.
+  // The first non-empty frame is placed as in a still; the other frames are placed in the same way.
   const auto hash_of = [](const std::string& out, int frame) {
     const std::size_t at = out.find("frame " + std::to_string(frame));
     return out.substr(out.find("tallies", at), 49);
@@ -928,7 +928,7 @@ TEST_F(SequenceTest, IsFittedOnceForAllFrames) {
   fs::remove(folder_ / "f.03.pfm");
   const Outcome by_itself = sequence("3", {field});
   EXPECT_NE(by_itself.out, outcome.out.substr(outcome.out.find("frame 3")));
-  // In a box of its own, what grows beyond that is cut, and said to be.
+  // A box of the scene cuts what grows beyond it, with a warning.
   const Outcome cut =
       sequence("2:3", {field, R"(medium.box={"min":[0,0,0],"max":[1,1,1]})"}, "validate");
   EXPECT_EQ(cut.code, 0) << cut.err;
@@ -996,7 +996,7 @@ TEST_F(CliTest, BakesLight) {
   expect_error({"bake", "scene.json", "-o", "scene.json"}, 2, "the scene itself");
   expect_error({"bake", "scene.json", "-o", "no/light.json"}, 5, "no");
   expect_error({"bake", "none.json", "-o", "light.json"}, 4, "none.json");
-  // What lies beside is an output, too.
+  // The files beside the output are outputs, too.
   std::ofstream(folder_ / "grid.raw", std::ios::binary) << std::string(4 * 8, '\0');
   expect_error({"bake", "scene.json", "-D",
                 R"(medium.components[0].field={"type":"grid","size":[2,2,2],"file":"grid.raw"})",
@@ -1007,7 +1007,7 @@ TEST_F(CliTest, BakesLight) {
 TEST_F(CliTest, BakesThatCannotBeAreRefusedBeforeThePhotons) {
   expect_error({"bake", "scene.json", "-o", "a.json", "-o", "a.json"}, 2, "is asked for twice");
   std::string lights = "lights=[";
-  for (int i = 0; i < 6; ++i)  // and the matter's own
+  for (int i = 0; i < 6; ++i)  // the medium's emission, too
     lights +=
         R"({"type":"point","position":[1.5,2,0.5],"power":1})" + std::string(i < 5 ? "," : "]");
   const Outcome outcome =
@@ -1034,7 +1034,7 @@ TEST_F(CliTest, StoppedBakesHaveThePhotonsSoFar) {
   ::kill(child, SIGINT);
   const Outcome outcome = wait(child);
   EXPECT_EQ(outcome.code, 130);
-  EXPECT_NE(outcome.err.find("what was written has"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("the output has"), std::string::npos) << outcome.err;
   EXPECT_TRUE(names().contains("light.raw"));
 }
 

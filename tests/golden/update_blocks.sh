@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Records the pictures of paths that tests/statistical/accuracy_test.cpp compares with, in minutes. To be run by a person
-# after a deliberate change of their scenes (tests/support/accuracy.cpp); no test runs it.
+# Records the pictures of paths for tests/statistical/accuracy_test.cpp, in minutes. Run it by hand after a deliberate
+# change of their scenes (tests/support/accuracy.cpp); no test runs it.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 cmake --build --preset release --target tyndall-tests-long test-volumes >/dev/null

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Records the hashes that tests/parity/same_bits.sh compares with. To be run by a person, after a deliberate change of
-# the arithmetic (a new arithmetic_version, or before the first release) or of the scenes: no test runs it.
+# Records the hashes for tests/parity/same_bits.sh. Run it by hand after a deliberate change of the arithmetic (a new
+# arithmetic_version, or before the first release) or of the scenes; no test runs it.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 hashes=$(bash tests/parity/same_bits.sh --print)

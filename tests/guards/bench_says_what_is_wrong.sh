@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# tyndall-bench: what it cannot do is said before anything is timed; what it writes has the promised keys.
+# tyndall-bench reports errors before it times anything, and its outputs have the promised keys.
 set -euo pipefail
 bench=${TYNDALL_BUILD_DIR:?}/tyndall-bench
 folder=$(mktemp -d)
@@ -17,7 +17,7 @@ refuses() {
   fi
 }
 refuses 2 "--table" --table 4
-refuses 2 "no row has such a name" --filter nothing
+refuses 2 "no row matches" --filter nothing
 refuses 2 "no regular expression" --filter '('
 refuses 2 "--repeats" --repeats 0
 refuses 2 "--seconds" --seconds 0

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Every micro-benchmark runs. What it measures in so short a time is worth nothing.
+# Every micro-benchmark runs. The time is too short for meaningful results.
 set -euo pipefail
 micro=${TYNDALL_BUILD_DIR:?}/tyndall-micro
 if [[ ! -x $micro ]]; then

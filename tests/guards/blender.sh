@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
-# tools/blender, tried with a Blender: a baked cloud looks there as it does here; a .blend that is exported gives the
-# picture, and the brightness, that Cycles gives of it; what cannot be exported is told. Ends with 77 (skipped) without
-# Blender.
+# Tests tools/blender with Blender: a baked cloud looks as in Tyndall; an exported .blend gives the picture and the
+# brightness of Cycles; settings that cannot be exported cause warnings. Exits with 77 (skipped) without Blender.
 set -euo pipefail
 if ! command -v blender >/dev/null; then
   echo "SKIPPED: no blender here"
@@ -22,7 +21,7 @@ complain() {
   failed=1
 }
 
-# in_blender SCRIPT ARGUMENT...: in an empty .blend, or in $blend
+# in_blender SCRIPT ARGUMENT...: runs the script in an empty .blend, or in $blend
 blend=--factory-startup
 in_blender() {
   local script=$1
@@ -39,8 +38,8 @@ if ! grep -q '^has True' out; then
   exit 77
 fi
 
-# compare.py PICTURE EXPECTED.pfm EV CORRELATION: both as linear luminance; the second by so many EV brighter and, as a
-# PNG is, cut at 1. Python's own library does: Debian's Blender has no numpy.
+# compare.py PICTURE EXPECTED.pfm EV CORRELATION: compares linear luminances; the second picture is brightened by EV and,
+# like a PNG, clipped at 1. Uses only Python's standard library: Debian's Blender has no numpy.
 cat >compare.py <<'END'
 import array
 import sys
@@ -103,7 +102,7 @@ must "$program" render "$scene" -D 'camera.resolution=[96,96]' -D 'photons.illum
   --photons 1e6 --samples 64 -o expected.pfm >out 2>err
 compare "bake" shown.png expected.pfm -1 0.9
 
-# ---- A .blend with a volume that is moved, turned and scaled, a light of each kind, a sky, and a mesh that is lost
+# ---- A .blend with a moved, rotated and scaled volume, a light of each kind, a sky, and a mesh that is not exported
 cat >make.py <<'END'
 import math
 import os
@@ -172,7 +171,7 @@ export_scene=$root/tools/blender/export_scene.py
 must in_blender make.py
 blend=cloud.blend
 must in_blender "$export_scene" exported.json
-grep -q "warning: Stone: a mesh: not exported" err || complain "the lost mesh is not told of: $(cat err)"
+grep -q "warning: Stone: a mesh: not exported" err || complain "no warning for the mesh: $(cat err)"
 grep -q '"light.vdb"' exported.json || complain "the volume's name is not relative: $(grep vdb exported.json)"
 grep -q '"direction": \[-0.577[0-9]*, -0.577[0-9]*, -0.577' exported.json || complain "the sun does not shine down"
 must "$program" validate exported.json >out 2>err
@@ -180,7 +179,7 @@ must "$program" render exported.json -D integrator=path --samples 128 -o exporte
 blend=--factory-startup
 compare "export" cycles.exr exported.pfm 0 0.8
 
-# ---- Nothing to export: an error that says so, and no file
+# ---- Nothing to export: an error message and no file
 refuses() { # TEXT LINE-OF-PYTHON
   local status=0
   printf 'import bpy, runpy\n%s\nrunpy.run_path("%s")\n' "$2" "$export_scene" >refused.py

@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# What can be said of the device code without a device. tests/long/gpu_check builds with nothing in reach but what
-# tests/long/gpu_pack packed, warnings are errors, and it ends where it would launch. Of what it built:
-#  - the device computes what the host computes: its PTX has no double precision, no contracted or approximate operation,
-#    and says of every sum and product that it is rounded to nearest (ptxas may contract those that do not say so);
-#  - registers of each kernel are within cuda/registers.txt; none has a stack, or spills;
-#  - the .cu files are small: no physics, and no kernel of it is empty.
+# Checks of the device code without a device. tests/long/gpu_check builds with only the packages of tests/long/gpu_pack,
+# with warnings as errors, and stops before the first launch. The guard checks its build:
+#  - the device computes the same as the host: its PTX has no double precision and no contracted or approximate operation,
+#    and every sum and product has the suffix of rounding to nearest (ptxas may contract those without it);
+#  - registers of each kernel are within cuda/registers.txt; no kernel has a stack or spills;
+#  - the .cu files are small, without physics, and no kernel is empty.
 #
 #   cuda.sh [--record]      --record writes cuda/registers.txt
 #
-# Ends with 77 (skipped) where there is no nvcc.
+# Exits with 77 (skipped) without nvcc.
 set -euo pipefail
 cd "${TYNDALL_SOURCE_DIR:-$(dirname "${BASH_SOURCE[0]}")/../..}"
 PATH=$PATH:/usr/local/cuda/bin
@@ -19,39 +19,39 @@ fi
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 
-# ---- a tree of its own, as it would be brought to a machine with a GPU
+# ---- a separate tree, as it would be copied to a machine with a GPU
 tree=$scratch/tree
 mkdir "$tree"
 cp -r CMakeLists.txt CMakePresets.json bench cuda include packaging scenes src tests "$tree"
 tests/long/gpu_pack "$tree/build/gpu_pack"
-# Installed packages are covered up, where that is allowed.
+# Hides installed packages, if that is allowed.
 hidden=(/usr/include/{glm,fmt,nlohmann,CLI,nanovdb,openvdb,Random123,gtest,gmock,tbb,OpenEXR,Imath,OpenImageIO}
   /usr/share/cmake /usr/lib/x86_64-linux-gnu/cmake /usr/src/googletest)
-# shellcheck disable=SC2016  # for the shells that run them
+# shellcheck disable=SC2016  # expanded by the inner shells
 hide='for folder in "$@"; do [[ ! -d $folder ]] || mount -t tmpfs none "$folder"; done'
 if unshare -m bash -c "$hide" hide "${hidden[@]}" 2>/dev/null; then
   # shellcheck disable=SC2016
   covered=(unshare -m bash -c "$hide; "'exec "$tree/tests/long/gpu_check" --build' hide)
 else
-  echo "packages cannot be covered up here: gpu_check may find more than what was packed"
+  echo "packages cannot be hidden here: gpu_check may find more than the packed ones"
   covered=("$tree/tests/long/gpu_check" --build)
   hidden=()
 fi
 export tree PATH CUDAFLAGS="-Xptxas=-v --no-compress"
-export CCACHE_BASEDIR=$tree CCACHE_NOHASHDIR=1  # the folder is another one each time
+export CCACHE_BASEDIR=$tree CCACHE_NOHASHDIR=1  # the folder has a new name each time
 "${covered[@]}" "${hidden[@]}"
 log=$tree/build/gpu_check/results/build.txt
 
 # ---- strict arithmetic
-# The Newton steps of inverse(), divide() and root() round as rcp.rn, div.rn and sqrt.rn do (tests/cuda compares them). They
-# are left out where they are, word by word, what is written here; %f is any register.
+# The Newton steps of inverse(), divide() and root() round as rcp.rn, div.rn and sqrt.rn do (tests/cuda compares them).
+# They are skipped if they equal these instructions word by word; %f is any register.
 cat >"$scratch/newton" <<'END'
 .reg .f32 r, e; rcp.approx.ftz.f32 r, %f; fma.rn.f32 e, %f, r, 0fBF800000; neg.f32 e, e; fma.rn.f32 %f, r, e, r;
 .reg .f32 n, r, e, q; rcp.approx.ftz.f32 r, %f; neg.f32 n, %f; fma.rn.f32 e, n, r, 0f3F800000; fma.rn.f32 r, r, e, r; mul.rn.f32 q, %f, r; fma.rn.f32 e, n, q, %f; fma.rn.f32 %f, r, e, q;
 .reg .f32 r, n, e; rsqrt.approx.ftz.f32 r, %f; mul.rn.f32 %f, %f, r; mul.rn.f32 r, r, 0f3F000000; neg.f32 n, %f; fma.rn.f32 e, n, %f, %f; fma.rn.f32 %f, e, r, %f;
 END
-# Light is read out as the host does, in double precision: a kernel of one line, run once a replicate.
-# One instruction a line, without its predicate and operands: "mul.rn.f32".
+# read_out, a kernel of one line that runs once per replicate, is exempt: it uses double precision, as the host does.
+# Writes one instruction per line, without predicate and operands: "mul.rn.f32".
 strings -a -n 4 "$tree/build/gpu_check/src/libtyndall_cuda.a" | awk '
     NR == FNR { first = $0; sub(/;.*/, ";", first); known[$0] = 1; rest[first] = gsub(/;/, ";") - 1; next }
     { sub(/^[[:space:]]+/, "") }
@@ -84,7 +84,7 @@ forbid '^(sin|cos|ex2|lg2|tanh|rsqrt)\.' "functions that only devices have"
 forbid '\.(ftz|sat)(\.|$)' "denormals flushed to zero, or saturation"
 forbid '^(add|sub|mul|div|rcp|sqrt)\.(r[zmp]\.)?f32$' "not rounded to nearest, or free to be contracted"
 forbid '^(atom|red)\..*\.f(16|32|64)' "sums in floating point that depend on their order"
-# Signed and unsigned, of 32 and 64 bits, to nearest: what the host does too.
+# Conversions of signed and unsigned integers, 32 and 64 bits, to nearest: as on the host.
 forbid '^cvt\.(r[zmp]|rna)\.f32\.[su]' "integers not rounded to nearest"
 echo "$(grep -c 'f32$' "$scratch/instructions") single-precision instructions"
 
@@ -101,7 +101,7 @@ import re
 import subprocess
 import sys
 
-# Of sm_90. Registers are given out by eights.
+# For sm_90. Registers are allocated in units of 8.
 log, record = open(sys.argv[1]).read(), sys.argv[2] == "--record"
 kernels = {}
 for name, properties in re.findall(r"Compiling entry function '(\w+)' for 'sm_\w+'\n((?:.*\n){3})", log):
@@ -114,7 +114,7 @@ def short(name):
     name = name.replace("tyndall::", "").replace("(anonymous namespace)::", "")
     verb, of = re.search(r"(begin|run)_\w+<(.*)>\(", name).groups()
     return ("begin:" if verb == "begin" else "") + of.replace(" ", "")
-# Of the benchmark's and the tests' own, and of what reads light out, no more than that they compile.
+# Kernels of the benchmark and the tests, and read_out, only have to compile.
 kernels = {short(name): figures for name, figures in zip(plain.splitlines(), kernels.values())
            if not re.search(r"tyndall::(bench|test)::|read_out", name)}
 if record:
@@ -137,7 +137,7 @@ for name in sorted(budget.keys() | kernels.keys()):
         say(f"{name}: {registers} registers, {budget[name]} recorded")
     if memory:
         say(f"{name}: {memory} bytes of stack and spills")
-# Every medium has the same kernels, and paths that begin apart (or they would cost all kernels their registers).
+# Every medium has the same kernels, and separate kernels to begin paths (else all kernels would need their registers).
 of_medium = collections.defaultdict(set)
 for name in kernels:
     if medium := re.search(r"SingleMedium<\w+>|MixedMedium", name):

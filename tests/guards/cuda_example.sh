@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The example of docs/library.md compiles for devices: the headers of the core are all that it includes. Ends with 77
-# (skipped) where there is no nvcc.
+# The example of docs/library.md compiles for devices; it includes only headers of the core. Exits with 77 (skipped)
+# without nvcc.
 set -euo pipefail
 cd "${TYNDALL_SOURCE_DIR:-$(dirname "${BASH_SOURCE[0]}")/../..}"
 PATH=$PATH:/usr/local/cuda/bin

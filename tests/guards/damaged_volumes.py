@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Damaged volumes end as pictures or as errors that name the file: no crash, no hang, nobody left behind.
+"""Damaged volumes give pictures or errors that name the file: no crash, no hang, no process left behind.
 
-    damaged_volumes.py [MUTANTS]     of each sample (default 60; the table of docs/volumes.md has 2000)
+    damaged_volumes.py [MUTANTS]     mutants of each sample (default 60; the table of docs/volumes.md has 2000)
 
 Renders with files in which bits are flipped, blocks zeroed or overwritten, or the end is cut.
 """
@@ -17,7 +17,7 @@ import time
 from pathlib import Path
 
 SAMPLES = ("ball.vdb", "ball_uncompressed.vdb", "ball_blosc.nvdb", "ball.nvdb")
-LONGEST = 60  # [s] more is a hang
+LONGEST = 60  # [s] longer is a hang
 
 
 def flip(data, rng, bits):
@@ -38,7 +38,7 @@ MUTATIONS = {
     "cut short": lambda data, rng: data.__delitem__(slice(rng.randrange(len(data)), None)),
 }
 
-OUTCOMES = (  # what an error says, and what the table calls it
+OUTCOMES = (  # words of an error, and their name in the table
     ("crashed", "reader crashed"),
     ("given up", "too slow"),
     ("was stopped", "too slow"),
@@ -63,7 +63,7 @@ def outcome(result, file):
 
 
 def orphans():
-    """Readers whose Tyndall is gone."""
+    """Returns readers whose parent process has ended."""
     found = []
     for status in Path("/proc").glob("[0-9]*/status"):
         try:

@@ -1,5 +1,5 @@
-"""`render --display` speaks the protocol of the viewer tev: what arrives is the picture, byte for byte as tevclient sends it; a
-viewer that is deaf, gone or not there does the render no harm."""
+"""`render --display` uses the protocol of the viewer tev: the picture arrives byte for byte as tevclient sends it; a viewer
+that hangs, exits or does not exist does not disturb the render."""
 import array
 import os
 import pathlib
@@ -11,7 +11,7 @@ import tempfile
 import threading
 import time
 
-# What tevclient 1.0.4 (PyPI) makes: packet.create_image("lonely_cloud.json", 60, 40, ["R", "G", "B", "A"], True), and
+# Packets of tevclient 1.0.4 (PyPI): packet.create_image("lonely_cloud.json", 60, 40, ["R", "G", "B", "A"], True), and
 # packet.update_image("lonely_cloud.json", pixels, ["R", "G", "B", "A"], 0, 0, False) before the pixels.
 CREATE = bytes.fromhex("2c00000004016c6f6e656c795f636c6f75642e6a736f6e003c00000028000000040000005200470042004100")
 UPDATE = bytes.fromhex(
@@ -93,17 +93,17 @@ with tempfile.TemporaryDirectory() as folder:
     check(last[:len(UPDATE)] == UPDATE and len(last) == len(UPDATE) + 60 * 40 * 16,
           "tevclient's packet that fills it begins alike")
 
-    process = render(folder, 1)  # where nobody listens
+    process = render(folder, 1)  # no viewer listens there
     error = process.communicate()[1]
     check(process.returncode == 0 and "the render goes on without it" in error, "without a viewer: a warning")
 
     server, port = listen()
     start = time.monotonic()
     process = render(folder, port, "-D", "camera.resolution=[1200,800]", "--samples", "2")
-    deaf = server.accept()[0]  # and never reads
+    hanging = server.accept()[0]  # never reads
     process.communicate()
-    check(process.returncode == 0, f"a deaf viewer: the render ends ({time.monotonic() - start:.1f} s)")
-    deaf.close()
+    check(process.returncode == 0, f"a viewer that hangs: the render ends ({time.monotonic() - start:.1f} s)")
+    hanging.close()
 
     server, port = listen()
     process = render(folder, port, "--photons", "2000000")

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Every command of README.md, CONTRIBUTING.md, docs/ and bench/README.md: run, or run by something else that is named
-here and is looked up. docs/errors.md has a test of its own (ErrorsTable), which compares every answer.
+"""Runs every command of README.md, CONTRIBUTING.md, docs/ and bench/README.md, or checks that another test named here runs
+it. docs/errors.md has a test of its own (ErrorsTable), which compares every message.
 
-Commands are the lines of indented blocks, and what stands between backticks, that begin with one of PROGRAMS. Each
-document has a folder that looks like a clone, with a scene and a volume; its lines are run there in order, as they
-stand but for what SHORTER makes of large numbers.
+Commands are lines of indented blocks and spans between backticks that begin with one of PROGRAMS. Each document has a
+folder that looks like a clone, with a scene and a volume. Its lines run there in order and unchanged, except that SHORTER
+reduces large numbers.
 
     documented_commands.py [PART OF A DOCUMENT'S NAME]
 """
@@ -26,7 +26,7 @@ PROGRAMS = re.compile(r"(\./|build/|scripts/|tests/long/\w+(?![\w./])|bench/comp
                       r"tyndall(-\w+)? |(cmake|ctest|pip|python3|bash|blender|mpirun|perf|pbrt|imgtool|sbatch|man|git|"
                       r"apt|apt-get|sudo|docker|for) |\w=\$\(sbatch)")
 
-# Run by something else: the file that holds the text, or the test of ctest; or by nobody, and why.
+# Commands that run elsewhere: the file that contains the text, or the test of ctest. "nobody": not run, with the reason.
 ELSEWHERE = [
     (r"scripts/test\b", "text", ".ci/run", "scripts/test full"),
     (r"scripts/format\b", "text", ".ci/run", "scripts/format"),
@@ -62,13 +62,13 @@ SHORTER = [
     (r"--benchmark_repetitions=9 --benchmark_min_time=0\.1", "--benchmark_repetitions=2 --benchmark_min_time=0.001"),
     (r"^perf stat -r 60 ", ""),
     (r"--seconds 5\b", "--seconds 0.01"),
-    # Without Mitsuba, and one picture of each setting.
+    # Without Mitsuba, with one picture of each setting.
     (r"--mitsuba 8 --mitsuba-seeds 3", "--python python3"),
     (r"--python mi/bin/python --sheet sheet\.png", ""),
     (r"--work /tmp/compare --seeds 8", "--work compare --seeds 1"),
     (r"--samples (64|256|128|1024)'", "--samples 2'"),
 ]
-# (program, an option that the line may have, what is added where it does not)
+# (program, an option that the line may have, arguments that are added if it does not)
 SHORT_OPTIONS = [
     (r"(render|mpirun|tyndall render) .*scenes/", "--photons", "--photons 1e4"),
     (r"(render|mpirun|tyndall render) .*scenes/", "--samples", "--samples 8"),
@@ -78,7 +78,7 @@ SHORT_OPTIONS = [
     (r"tyndall-bench --table", "--seconds", "--seconds 0.01 --repeats 1"),
     (r"tyndall-bench --table", "--filter", "--photons 2000 --filter LV/256"),
 ]
-# Sent as Slurm would: all tasks of an array, one after the other, and what depends on them when they are done.
+# Runs jobs as Slurm would: all tasks of an array, one after the other, then the jobs that depend on them.
 SBATCH = r"""#!/bin/bash
 [[ $* == *--wrap* ]] && exec >&2 bash -ec "${*: -1}"
 script=${*: -1}
@@ -105,7 +105,7 @@ def fail(where, text):
 
 
 def blocks(text):
-    """(line number, lines) of what is indented by four and follows an empty line; not in fences."""
+    """Returns (line number, lines) of blocks indented by four after an empty line; not in fences."""
     found, fenced, block = [], False, None
     for number, line in enumerate(text.split("\n") + [""], 1):
         if line.startswith("```"):
@@ -120,7 +120,7 @@ def blocks(text):
 
 
 def commands(lines):
-    """(offset, command): lines that go on, and loops, are one command."""
+    """Returns (offset, command): continued lines and loops are one command."""
     found, command, start = [], "", 0
     for offset, line in enumerate(lines):
         if not command:
@@ -194,7 +194,7 @@ def run(where, command, folder, environment):
 
 
 def make_folder(folder, path):
-    """What a reader of the document has at hand."""
+    """Fills the folder with the files that a reader of the document has."""
     for name in os.listdir(ROOT):
         if name not in ("build", ".git"):
             os.symlink(os.path.join(ROOT, name), os.path.join(folder, name))
@@ -225,7 +225,7 @@ def has_numpy():
 
 
 def scenes_with(lines):
-    """A scene for each component, and each '"key": value', that the lines show."""
+    """Yields a scene for each component and each '"key": value' in the lines."""
     text = re.sub(r"//.*", "", "\n".join(lines))
     text = re.sub(r'"grid": "\w+"', '"grid": "density"', text.replace("fire.vdb", "smoke.vdb")).strip()
     while text:

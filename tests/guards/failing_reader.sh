@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# Whatever becomes of the process that reads a volume or an image, Tyndall ends with exit code 4 (6 where it is killed, as
-# for lack of memory), names the file and leaves nobody behind: in place of the reader stand programs that crash, hang,
-# end without a word, or say too much or nonsense.
+# If the process that reads a volume or an image fails in any way, Tyndall exits with 4 (6 if the process is killed, as
+# for lack of memory), names the file and leaves no process behind. The guard replaces the reader by programs that crash,
+# hang, exit silently, or write too much or nonsense.
 set -euo pipefail
 program=${TYNDALL_BINARY:?}
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 cp "$program" "$scratch/tyndall" # it looks for the reader beside itself
 failed=0
-# expect_of FILE CODE WORDS BODY: the reader is a shell script of that body
+# expect_of FILE CODE WORDS BODY: uses a shell script with that body as the reader
 expect_of() {
   local file=$scratch/$1
   echo "what it says does not matter" >"$file"

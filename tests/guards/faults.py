@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""Lets every call that can fail fail once, one a run: the exit code tells what it was, files are whole or as they were.
+"""Makes every call that can fail fail once, one per run: the exit code names the cause, files are complete or unchanged.
 
   faults.py [--all]     --all: every allocation of the program, not a sample of them
 
-tests/support/faults/fail_call.cpp makes one call of a small run fail: of a render, of one that goes on from a checkpoint
-with a volume from a file, of a merge. Own calls of open, read, write, fsync, rename and mmap fail one after the other,
-until a run passes untouched; of allocations, and of calls within libraries, a sample that is the same each time; oneTBB
-aborts in some of them and hangs, rarely: both are counted. Ends with 77 (skipped) where the shim cannot be loaded, as
-under sanitizers.
+tests/support/faults/fail_call.cpp makes one call of a small run fail: of a render, of a render resumed from a checkpoint
+with a volume from a file, of a merge. The program's own calls of open, read, write, fsync, rename and mmap fail one after
+the other, until a run passes without a failure. Of allocations and of calls within libraries a fixed sample fails; oneTBB
+aborts in some of them and rarely hangs: both are counted. Exits with 77 (skipped) if the shim cannot be loaded, as under
+sanitizers.
 """
 import collections
 import concurrent.futures
@@ -34,7 +34,7 @@ volume = """{"tyndall": 1,
 outputs = ["a.pfm", "a.tyn", "r.json"]
 common = ["--threads", "1", "-o", "a.pfm", "-o", "a.tyn", "--report", "r.json"]
 checkpoint = ["--checkpoint", "c.tyn", "--checkpoint-every", "0"]
-# Name: its arguments, and what the runs before it are that leave it its inputs.
+# Name: the arguments, and those of the runs that make its inputs.
 runs = {
     "render": (["render", "scene.json", *common, *checkpoint], []),
     "resume": (["render", "volume.json", *common, *checkpoint, "--resume"],
@@ -43,8 +43,8 @@ runs = {
               [["render", "scene.json", "--sample-range", "0:1", "-o", "p.tyn"],
                ["render", "scene.json", "--sample-range", "1:2", "-o", "q.tyn"]]),
 }
-# What may come of it: an exit code that names the cause, or 0 where it does not matter (a lost line on stderr, another
-# way to the same memory).
+# Allowed exit codes: one that names the cause, or 0 for a harmless failure (a lost line on stderr, another way to the
+# same memory).
 codes = {
     "malloc": {0, 6},
     "open": {0, 4, 5, 6},  # 6: too few file descriptors for a reader
@@ -54,7 +54,7 @@ codes = {
     "rename": {0, 5},
     "mmap": {0, 4, 6},
 }
-# Within a library that allows nothing else, or reports a stream without memory as a file that cannot be read: counted.
+# Counted, not errors: failures in a library that aborts, or that reports lack of memory as an unreadable file.
 abort = -6
 in_libraries = {abort, 4}
 
@@ -66,7 +66,7 @@ def start(folder, name, call="", at=0, origin="all"):
 
 
 def inputs_of(name):
-    """The files that a run begins with: what the runs before it leave is made once."""
+    """Returns the files that a run begins with; the runs before it are made only once."""
     folder = pathlib.Path(tempfile.mkdtemp(prefix="tyndall-faults-"))
     (folder / "scene.json").write_text(scene)
     if name == "resume":
@@ -96,12 +96,12 @@ def remove(folder):
 
 def is_whole(folder, name, output):
     data = (folder / output).read_bytes()
-    # Times and the order of checkpoints may differ, what was rendered may not.
+    # Times and the order of checkpoints may differ, but not the result.
     return data == b"old" or output == "r.json" and data.endswith(b"}\n") or data == reference[name, output]
 
 
 def attempt(name, call, at, origin):
-    """Returns the exit code and what is wrong."""
+    """Returns the exit code and the errors found."""
     folder = fresh(name)
     written = [output for output in outputs if output in runs[name][0]]
     try:
@@ -113,7 +113,7 @@ def attempt(name, call, at, origin):
         if done.returncode not in codes[call] | (in_libraries if origin == "libraries" else set()):
             wrong.append(f"exit code {done.returncode}")
         if done.returncode > 0 and "tyndall: " not in done.stderr:
-            wrong.append("without a word")
+            wrong.append("without a message")
         for output in written:
             if not (folder / output).exists():
                 wrong.append(f"{output} is gone")

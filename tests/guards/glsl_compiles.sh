@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# A compiler of GLSL takes the text that a bake puts beside its textures, as desktop GL and as WebGL 2 want it, and finds
-# nothing to warn of. Ends with 77 (skipped) where there is no glslangValidator (scripts/setup --dev).
+# The GLSL code that a bake writes beside its textures compiles without warnings for desktop GL and for WebGL 2. Exits
+# with 77 (skipped) without glslangValidator (scripts/setup --dev).
 set -euo pipefail
 cd "${TYNDALL_SOURCE_DIR:-$(dirname "${BASH_SOURCE[0]}")/../..}"
 if ! command -v glslangValidator >/dev/null; then
@@ -29,7 +29,7 @@ precision highp sampler3D;'
 for head in "$desktop" "$web"; do
   compile "$head" "$text" || { echo "after ${head%%$'\n'*}:"; cat "$scratch/log"; exit 1; }
 done
-# A mistake in it would be found.
+# The compiler finds a mistake in the code.
 if compile "$desktop" "${text/density_max - density_min/density_max - light}"; then
   echo "a text that cannot compile did" && exit 1
 fi

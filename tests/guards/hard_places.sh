@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Places that take no file, or not all of it, and too little memory: the exit code says which, the old file stays.
-# What needs root or a mount is left out, visibly, where there is none.
+# Outputs that cannot be written, or only in part, and too little memory: the exit code names the cause, the old file
+# stays. Cases that need root or a mount are reported as skipped if that is impossible.
 set -euo pipefail
 program=${TYNDALL_BINARY:?}
 scratch=$(mktemp -d)
@@ -32,7 +32,7 @@ if mount -t tmpfs -o size=128k tmpfs small 2>/dev/null; then
   echo old >small/a.pfm
   expect 5 "No space left" -o small/a.pfm
   [[ $(<small/a.pfm) == old && $(find small -type f | wc -l) == 1 ]] || { echo "a full disk: the old file is gone, or more is there"; failed=1; }
-  # A checkpoint that finds no room is a warning: the picture is elsewhere.
+  # A checkpoint without room is a warning: the picture has another place.
   expect 0 "tries again later" -o a.pfm --checkpoint small/c.tyn --checkpoint-every 0
   expect 0 "stopped by --time-limit 1s" -o a.pfm --samples 1000000 --time-limit 1s --checkpoint c.tyn
   [[ -s c.tyn ]] || { echo "no checkpoint at the limit"; failed=1; }
@@ -46,7 +46,7 @@ else
   echo "SKIPPED: full and read-only file systems, which cannot be mounted here"
   skipped=77
 fi
-# Photons for others: the light of all replicates.
+# A part with photons only: the light of all replicates.
 (ulimit -v 400000 && expect 6 "the render needs" --photon-range 0:20000 -D photons.illumination.resolution=120 -o p.tyn
   ! grep -q "^hash" err || { echo "the photons were shot first"; failed=1; }; exit "$failed") || failed=1
 (ulimit -v 400000 && expect 6 "the render needs" -D 'camera.resolution=[4096,4096]' -o a.pfm; exit "$failed") || failed=1

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Every public header compiles by itself, without a warning, with each compiler that is there.
+# Every public header compiles alone, without a warning, with each installed compiler.
 set -euo pipefail
 cd "${TYNDALL_SOURCE_DIR:-$(dirname "${BASH_SOURCE[0]}")/../..}/include"
 

@@ -36,18 +36,18 @@ RANK = {
     "src/python": 9,
     "bench": 8,
 }
-# A backend or a reader: its public headers and its sources are one unit, and no unit knows another.
+# Backends and readers: the public headers and the sources of each are one unit; units do not include each other.
 UNITS = {"host": ("include/tyndall/host", "src/host"), "io": ("include/tyndall/io", "src/io"),
          "cuda": ("include/tyndall/cuda", "cuda"), "mpi": ("src/mpi",)}
 DEVICE_FLOORS = ("base", "random", "medium", "transport")
 
-# What the device floors must not include.
+# Headers that the device floors must not include.
 HOST_ONLY = re.compile(
     r"(exception|fstream|functional|iomanip|iosfwd|iostream|istream|map|memory|mutex|ostream|sstream"
     r"|stdexcept|string|string_view|thread|unordered_map|vector)$"
     r"|(openvdb|OpenEXR|Imath|Imf|OpenImageIO|OpenImageDenoise|nlohmann|fmt|CLI|tbb|oneapi)[/A-Z.]")
-# Each of these is known to one source file under src/io, and to one of the helper's at most; JSON to one header, since the table of keys is made of
-# JSON values, which nobody outside src/io may include.
+# At most one source file under src/io and one of the helper include each of these. One header may include JSON, because the
+# table of keys consists of JSON values; only src/io may include that header.
 IO_LIBRARIES = {
     "OpenVDB": re.compile(r"openvdb/|nanovdb/tools|nanovdb/util/OpenToNanoVDB"),
     "OpenEXR": re.compile(r"(OpenEXR|Imath)/|Imf\w*\.h$"),
@@ -60,7 +60,7 @@ INCLUDE = re.compile(r'^\s*#\s*include\s*([<"])([^>"]+)[>"]', re.MULTILINE)
 
 
 def folder_of(path):
-    """The ranked folder that holds a path (relative to the root), or None."""
+    """Returns the ranked folder that contains a path (relative to the root), or None."""
     found = [folder for folder in RANK if path.startswith(folder + "/")]
     return max(found, key=len, default=None)
 
@@ -70,7 +70,7 @@ def unit_of(folder):
 
 
 def resolve(source, name):
-    """The file of this repository that an #include names, relative to the root, or None for outside headers."""
+    """Returns the file of this repository that an #include names, relative to the root; None for outside headers."""
     for base in (source.parent, ROOT / "include", ROOT / "src", ROOT / "tests", ROOT):
         candidate = (base / name).resolve()
         if candidate.is_file() and candidate.is_relative_to(ROOT):
@@ -114,7 +114,7 @@ def main():
                 faults.append(f"{name}: includes {target}, which it must not know")
 
     for library, names in users.items():
-        in_helper = {n for n in names if n.startswith("src/io/helper/")}  # a program of its own
+        in_helper = {n for n in names if n.startswith("src/io/helper/")}  # a separate program
         if len(in_helper) > 1 or len(names - in_helper) > 1 or any(
                 not (n in JSON_HEADERS or re.match(r"src/io/.*\.cpp$", n)) for n in names):
             faults.append(f"{library} must be known to one source of src/io and one of its helper, not to: "

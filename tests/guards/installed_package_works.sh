@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What `cmake --install` leaves works without the source tree: the program renders a picture, and another project finds
-# the package, compiles a header of the core and links the renderer.
+# An installation by `cmake --install` works without the source tree: the program renders a picture, and another project
+# finds the package, compiles a header of the core and links the renderer.
 set -euo pipefail
 build=${TYNDALL_BUILD_DIR:?}
 scratch=$(mktemp -d)

@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
-"""The processors' lanes are SIMD only as long as GCC vectorises their loops, and none of their results tells: a step that
-was no longer vectorised once made photons three times slower. Compiles src/host/lane_stages.cpp as the build does: every
-loop over whole registers (from 0 to `used`, `count` or `whole_registers(...)`) must become vectors, in each function that
-it is inlined into. Ends with 77 (skipped) where the build has no such lanes, or is not of GCC 12, for which they are
-written.
+"""GCC vectorises the loops of the lanes. Results do not show whether it does, but photons once became three times slower
+when it did not. Compiles src/host/lane_stages.cpp as the build does: every loop over whole registers (from 0 to `used`,
+`count` or `whole_registers(...)`) must be vectorised in each function that it is inlined into. Exits with 77 (skipped) if
+the build has no such lanes or does not use GCC 12, for which they are written.
 """
 import json
 import os
@@ -13,13 +12,13 @@ import subprocess
 import sys
 
 LOOP = re.compile(r"\s*for \(int ([lm]) = 0; \1 < (used|count|whole_registers\([\w.]+\)); \+\+\1\)(.*)")
-FILL = re.compile(r" [\w.]+\[\w\] = [\w.]+;$")  # by a constant: a call of memset
+FILL = re.compile(r" [\w.]+\[\w\] = [\w.]+;$")  # GCC calls memset
 FUNCTION = re.compile(r"(?:template .*\n)?\[\[gnu::(always_inline|flatten)\]\].*?(\w+)\(")
-SEARCHES = "tabulated"  # no lanes share them: a function of this kind has no vectors
+SEARCHES = "tabulated"  # not shared by lanes: functions of this kind have no vectors
 
 
 def loops(path):
-    """Line of each loop over whole registers -> how many functions hold it."""
+    """Returns, for the line of each loop over whole registers, the number of functions that contain it."""
     with open(path, encoding="utf-8") as file:
         text = file.read()
     functions = [(text.count("\n", 0, found.end()) + 1, found) for found in FUNCTION.finditer(text)]

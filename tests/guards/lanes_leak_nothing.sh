@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What is compiled for AVX2 and AVX-512 keeps to itself: an inline function of the core left out of line there could
-# replace the plain one in the program, which would then fail on processors without.
+# Objects compiled for AVX2 and AVX-512 export no inline function of the core: the linker could use it in the whole
+# program, which would then fail on processors without these instructions.
 set -euo pipefail
 build=${TYNDALL_BUILD_DIR:?}
 checked=0

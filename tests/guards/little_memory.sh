@@ -19,10 +19,10 @@ JSON
 "$program" render sky.json -o sky.exr -D 'lights=[{"type":"environment","radiance":1}]' -D camera.type=spherical \
   -D 'camera.resolution=[64,32]' 2>err || { cat err; exit 1; }
 failed=0
-# ends CODE WHAT: whether a run of that exit code ended as it may
+# ends CODE WHAT: checks that a run with that exit code ended in an allowed way
 ends() {
   local code=$1 what=$2
-  # Before the program begins, its loader speaks for it.
+  # Before main() the dynamic loader reports errors.
   if ((code == 127)) && grep -q "error while loading shared libraries" err; then return; fi
   if [[ " 0 5 6 143 " != *" $code "* ]] || { ((code == 5 || code == 6)) && ! grep -q "^tyndall: " err; }; then
     echo "$what: exit code $code: $(tail -2 err)"
@@ -46,7 +46,7 @@ for output in a.exr a.png a.pfm; do
   done
 done
 
-# Nothing but pictures is asked for: standard output stays empty, also where the reader's report finds no pipe.
+# Standard output stays empty, also if the reader's report finds no pipe.
 for files in 4 5 6 7 8 9 10 12 14 16 20; do
   code=0
   (exec >out 2>err && ulimit -n $files && exec "$program" render sky.json -o n.exr) || code=$?
@@ -61,7 +61,7 @@ for files in 4 5 6 7 8 9 10 12 14 16 20; do
   fi
 done
 
-# Only for others than root do limits of processes hold; the tests of some machines run as root.
+# Limits of processes do not apply to root; on some machines the tests run as root.
 as_user=()
 if ((EUID == 0)); then
   as_user=(setpriv --reuid=65534 --regid=65534 --clear-groups)

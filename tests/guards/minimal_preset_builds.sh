@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# The minimal preset builds and runs, with header-only packages alone. Built at -O0, where the compiler folds no call
-# of libm away, so the guard against those looks at it too.
+# The minimal preset builds and runs with header-only packages. It is built at -O0, where the compiler folds no call of
+# libm, so the guard against these calls checks it, too.
 set -euo pipefail
 source_dir=${TYNDALL_SOURCE_DIR:-$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)}
 scratch=$(mktemp -d)

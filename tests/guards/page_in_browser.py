@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""The page of `tyndall bake -o cloud.html` in headless Chromium, driven over its debugging pipe: no package beyond Python
-is needed. First the template with a small cloud, against marching in Python; then a baked scene, against its picture.
+"""Tests the page of `tyndall bake -o cloud.html` in headless Chromium over its debugging pipe, with Python's standard
+library only. Compares the template, with a small cloud, with ray marching in Python, then a baked scene with its picture.
 
-    page_in_browser.py [SCENE PICTURE.png ...]     also shows baked scenes, for people
+    page_in_browser.py [SCENE PICTURE.png ...]     also saves pictures of baked scenes
 
-Ends with 77 (skipped) where there is no Chromium.
+Exits with 77 (skipped) without Chromium.
 """
 import array, base64, fcntl, gzip, itertools, json, math, os, random, re, select, shutil, struct, subprocess, sys
 import tempfile, time
@@ -14,13 +14,13 @@ CHROMIUM = next(filter(None, map(shutil.which, ["chromium", "chromium-browser", 
 
 
 class Browser:
-    """Chromium, and messages of its DevTools protocol over a pipe: JSON, each ended by a zero byte."""
+    """Chromium with its DevTools protocol over a pipe: JSON messages, each followed by a zero byte."""
 
     def __init__(self, size):
         self.profile = tempfile.mkdtemp(prefix="look-")
         down_read, down_write = os.pipe()
         up_read, up_write = os.pipe()
-        # Away from 3 and 4, on which Chromium expects them.
+        # Moves the pipes away from descriptors 3 and 4, which Chromium uses.
         down, up = (fcntl.fcntl(fd, fcntl.F_DUPFD, 20) for fd in (down_read, up_write))
         os.close(down_read)
         os.close(up_write)
@@ -87,14 +87,14 @@ class Browser:
                 return answer["result"]
 
     def run(self, script):
-        """The value of an expression in the page; a promise's, once it is there."""
+        """Returns the value of an expression in the page; awaits promises."""
         answer = self.call("Runtime.evaluate", expression=script, returnByValue=True, awaitPromise=True)
         if "exceptionDetails" in answer:
             raise RuntimeError("%s: %s" % (script[:80], json.dumps(answer["exceptionDetails"])[:600]))
         return answer["result"].get("value")
 
     def open(self, page, before=""):
-        """Loads the text of a page, with a script that runs before all of its own. Returns [s] until it is ready."""
+        """Loads the code of a page, with a script that runs before its own. Returns the time [s] until it is ready."""
         path = os.path.join(self.profile, "look_%d.html" % self.number)
         with open(path, "w", encoding="utf-8") as file:
             file.write(page)
@@ -142,7 +142,7 @@ class Browser:
         shutil.rmtree(self.profile, ignore_errors=True)
 
 
-# ---- A cloud that is no mirror image of itself, lit by two lights, and its picture ----
+# ---- An asymmetric cloud, lit by two lights, and its picture ----
 
 def small_cloud(n=(32, 28, 24)):
     """Spheres: a large one, a small one at +x, a middle one at +y, one near +z."""
@@ -186,7 +186,7 @@ def ray_march(data, camera, width, height, every, mix=None, exposure=None):
     mix = mix or [1.0] * len(data["lights"])
     exposure = data["exposure"] if exposure is None else exposure
     rgbm = [unpack(light["data"]) for light in data["lights"]]
-    # What is sent out per length: interpolated like the extinction, not the light itself.
+    # The emission per length is interpolated like the extinction, not the light itself.
     emission = [tuple(s * sum(m * l["scale"] * (b[4 * i + 3] / 255) ** 2 * b[4 * i + c] / 255
                               for m, l, b in zip(mix, data["lights"], rgbm)) for c in range(3))
                 for i, s in enumerate(extinction)]
@@ -246,7 +246,7 @@ def correlation(a, b):
 
 
 def compare(pixels, expected):
-    """Correlation, root of the mean square difference [of 255], its largest."""
+    """Returns the correlation, the r.m.s. difference [of 255] and the largest difference."""
     a, b = [], []
     for (x, y), color in expected.items():
         a.extend(pixels[y][x])
@@ -315,7 +315,7 @@ def run_checks(browser, template):
     check(close[0] >= 0.98 and close[1] < 4, "from behind, 200 x 100: r = %.5f, rms %.2f, largest %.1f" % close)
     browser.resize(size)
 
-    # Sliders, as the keyboard moves them.
+    # Sliders, moved as by the keyboard.
     browser.open(page)
     sliders = browser.run("[...document.querySelectorAll('input')].map(i => i.parentNode.firstChild.textContent)")
     check(sliders == ["Exposure", "Density", "sun", "sky"], "sliders: " + ", ".join(sliders))
@@ -368,7 +368,7 @@ def run_checks(browser, template):
     browser.run("document.querySelector('canvas').dispatchEvent(new MouseEvent('dblclick'))")
     check(browser.run("view()") == start, "a double click goes back")
 
-    # Trusted events, as a hand makes them.
+    # Trusted events, as from a user.
     def mouse(kind, x, y, **more):
         browser.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, **more)
 
@@ -405,7 +405,7 @@ def run_checks(browser, template):
     check(abs(grown - 2) < 0.01, "two fingers, pinched to the half: %.3f of the distance" % grown)
     browser.call("Emulation.setTouchEmulationEnabled", enabled=False)
 
-    # Drawn anew only for a reason; previews while something moves, then the full picture.
+    # The page redraws only after changes: previews during a motion, then the full picture.
     browser.run("tyndall.draw()")
     time.sleep(1.0)
     browser.run("""(() => { window.draws = []; const one = WebGL2RenderingContext.prototype.drawArrays;
@@ -437,7 +437,7 @@ def run_checks(browser, template):
     check(not noise, "the console is silent" + "".join("\n        " + line for line in noise[:10]))
     browser.console.clear()
 
-    # What cannot be shown is said.
+    # The page reports errors.
     none = "HTMLCanvasElement.prototype.getContext = () => null"
     wrong = lambda **values: fill(template, {**data, **values})
     short = base64.b64encode(gzip.compress(b"short")).decode()
@@ -489,7 +489,7 @@ def encoded(x):
     return 255 * (12.92 * x if x <= 0.0031308 else 1.055 * x ** (1 / 2.4) - 0.055)
 
 
-# Matter in all of 128^3 voxels, and two lights: more than fits at full resolution.
+# A medium in all 128^3 voxels, and two lights: more than fits at full resolution.
 FULL = """{"tyndall": 1,
  "medium": {"components": [{"field": {"type": "noise_cloud", "preset": "low_variation", "octaves": 8, "seed": 3,
                                       "body": {"type": "everywhere"}}, "extinction": 20, "albedo": 0.95}]},
@@ -500,7 +500,7 @@ FULL = """{"tyndall": 1,
 
 
 def run_baked(browser, scene, folder, screenshot=None, *more):
-    """A scene's page shows what its picture shows."""
+    """Checks that a scene's page looks like its picture."""
     size = 160, 120
     path = os.path.join(ROOT, "scenes", scene + ".json")
     if scene == "full":

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Under mpirun: any number of ranks gives one hash; a rank that dies ends the job, whose checkpoint goes on with another
-# number of ranks to the same end; an error is told once. Ends with 77 (skipped) without MPI.
+# Under mpirun: any number of ranks gives the same hash; a rank that dies ends the job, and its checkpoint resumes with
+# another number of ranks to the same hash; an error is reported once. Exits with 77 (skipped) without MPI.
 set -euo pipefail
 program=${TYNDALL_BINARY:?}
 if ! command -v mpirun >/dev/null || [[ ! -e $(dirname "$program")/tyndall_mpi.so ]]; then
@@ -44,7 +44,7 @@ for victim in 0 1; do
   kill -KILL "${pids[victim]}"
   code=0
   wait "$job" || code=$?
-  ((code != 0)) || complain "rank $victim was killed, and nobody minded"
+  ((code != 0)) || complain "rank $victim was killed, and the job succeeded"
   [[ ! -e a.pfm ]] || complain "rank $victim was killed, and a picture was written"
   [[ -e c.tyn ]] || complain "rank $victim was killed, and there is no checkpoint"
   [[ $(ranks 2 -o a.pfm --checkpoint c.tyn --resume --print-hash) == "$alone" ]] \
@@ -55,9 +55,9 @@ done
 code=0
 ranks 2 -D medium.extinction=1 || code=$?
 ((code == 3)) || complain "an invalid scene: exit code $code"
-(($(grep -c 'medium.extinction' err) == 1)) || complain "an invalid scene is told not once: $(cat err)"
+(($(grep -c 'medium.extinction' err) == 1)) || complain "an invalid scene is not reported once: $(cat err)"
 code=0
 ranks 3 --nonsense || code=$?
 ((code == 2)) || complain "a wrong option: exit code $code"
-(($(grep -c 'nonsense' err) == 1)) || complain "a wrong option is told not once: $(cat err)"
+(($(grep -c 'nonsense' err) == 1)) || complain "a wrong option is not reported once: $(cat err)"
 exit "$failed"

@@ -1,6 +1,6 @@
-"""docs/scene.md is what `tyndall schema` says.
+"""docs/scene.md agrees with `tyndall schema`.
 
-    scene_reference.py [--write]      --write makes it anew
+    scene_reference.py [--write]      --write writes the file
 """
 import json
 import os
@@ -12,7 +12,7 @@ root = pathlib.Path(__file__).resolve().parents[2]
 program = os.environ.get("TYNDALL_BINARY", root / "build/release/tyndall")
 page = root / "docs/scene.md"
 schema = json.loads(subprocess.run([program, "schema"], check=True, capture_output=True, text=True).stdout)
-seen = {}  # kinds that stand in several places, by their first
+seen = {}  # first place of kinds that occur in several places
 
 
 def number(x):
@@ -59,7 +59,7 @@ def table(node, lines):
 
 
 def section(path, node, lines):
-    """All that is below a key."""
+    """Writes everything below a key."""
     variants = node.get("oneOf")
     if variants:
         text = json.dumps(variants)

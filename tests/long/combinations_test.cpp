@@ -1,5 +1,5 @@
 /// \file
-/// All combinations of tests/support/accuracy.h, each in a few minutes at most: for
+/// Tests all combinations of tests/support/accuracy.h, each in a few minutes at most. Run by
 /// tests/long/check_all.
 #include <gtest/gtest.h>
 

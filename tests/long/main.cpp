@@ -1,5 +1,5 @@
 /// \file
-/// The long tests; with --record, the pictures that tests/golden/update_blocks.sh records.
+/// Runs the long tests; with --record prints the pictures for tests/golden/update_blocks.sh.
 #include <gtest/gtest.h>
 
 #include <string>

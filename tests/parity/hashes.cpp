@@ -1,12 +1,12 @@
 /// \file
-/// Renders a set of small scenes that together touch every field, phase function, light, sampler
-/// and kind of side, and prints a line per scene: its name, the hash of its tallies, the hash of
-/// its pixels. same_bits.sh compares the lines of differently compiled copies of this program.
+/// Renders small scenes that together cover every field, phase function, light, sampler and kind
+/// of side, and prints a line per scene: its name, the hash of its tallies, the hash of its pixels.
+/// same_bits.sh compares the lines of differently compiled copies of this program.
 ///
 ///   hashes [--threads N] [--batch N] [--device cpu|cuda] [--hostile] [SCENE...]
 ///
-/// --hostile renders with the caller's rounding upwards and its denormals flushed to zero.
-/// What is computed here is exact in double precision, so that all copies render the same scenes.
+/// --hostile renders with rounding upwards and denormals flushed to zero in the caller. The
+/// computations below are exact in double precision, so all copies render the same scenes.
 #include <cfenv>
 #include <cstdio>
 #include <cstdlib>
@@ -30,12 +30,12 @@
 #include "tyndall/render/render.h"
 #include "tyndall/render/volume.h"
 
-namespace tyndall::scene {  // whose names hide those of the core: Component, NoiseCloud, ...
+namespace tyndall::scene {  // hides names of the core: Component, NoiseCloud, ...
 namespace {
 
 // ---- Scenes
 
-/// Small and quick, lit from the side; the functions below change what they are about.
+/// A small, fast scene; each function below changes the parts that it tests.
 Scene small() {
   Scene s;
   s.medium.majorant_resolution = {5, 4, 6};
@@ -54,8 +54,8 @@ Component component(Field field, double extinction, glm::dvec3 albedo, Phase pha
   return {std::move(field), extinction, albedo, phase, NoEmission{}, transform};
 }
 
-/// Rotation by 3-4-5 and 5-12-13 triangles, shear, uneven scale and a shift; unit cube to about
-/// [0.1, 0.9]^3.
+/// Rotation by 3-4-5 and 5-12-13 triangles, shear, non-uniform scale and a shift; takes the unit
+/// cube to about [0.1, 0.9]^3.
 glm::dmat4 sheared() {
   glm::dmat4 m(1.0);
   m[0] = {0.48, 0.36, 0.0625, 0.0};
@@ -84,7 +84,7 @@ DenseGrid grid(std::array<int, 3> size, Interpolation interpolation) {
   return g;
 }
 
-/// Plane-parallel layer under an oblique sun.
+/// A plane-parallel layer under an oblique sun.
 Scene slab() {
   Scene s = small();
   s.medium.box_max = {3.0, 2.0, 0.7};
@@ -95,14 +95,14 @@ Scene slab() {
   return s;
 }
 
-/// Light that only absorption ends; the walk wraps along all axes.
+/// A box that is periodic along all axes: only absorption ends photons.
 Scene endless() {
   Scene s = small();
   s.medium.box_max = {1.0, 0.5, 0.75};
   s.medium.sides = {Side::periodic, Side::periodic, Side::periodic};
   s.medium.components = {component(Solid{}, 3.0, {0.7, 0.5, 0.9})};
   s.lights = {PointLight{{0.25, 0.125, 0.375}, {3, 2, 1}}};
-  s.bounces = 0;  // the lamp has images without end
+  s.bounces = 0;  // the light has infinitely many images
   s.camera.position = {0.5, 0.25, 0.125};
   return s;
 }
@@ -208,7 +208,7 @@ Scene grid_trilinear() {
   return s;
 }
 
-/// Voxels as of a file: a lump of integer values, a tile beside it, and nothing between.
+/// A grid like one from a file: a block of integer values, a tile beside it, empty space between.
 template <class Build>
 SparseGrid sparse(double voxel, glm::dvec3 place) {
   nanovdb::GridBuilder<float, Build> builder(0.0f, nanovdb::GridClass::FogVolume);
@@ -305,7 +305,7 @@ Scene ground_path() {
   return s;
 }
 
-/// Lamps near and within, a sun's disc and an image of the sky, in groups.
+/// Local lights outside and inside the box, a sun's disc and an image of the sky, in groups.
 Scene all_lights() {
   Scene s = small();
   NoiseCloud cloud;
@@ -376,7 +376,7 @@ Scene mixed_path() {
   return s;
 }
 
-/// A part of a picture that is not all in focus.
+/// A crop of a picture with depth of field.
 Scene lens() {
   Scene s = cloud_sphere();
   s.medium.components[0].extinction = 20.0;
@@ -389,13 +389,13 @@ Scene lens() {
   return s;
 }
 
-/// Seen by parallel rays.
+/// Two lobes, seen by an orthographic camera.
 Scene two_lobes() {
   Scene s = grid_trilinear();
   s.medium.components[0].phase = TwoLobesPhase{0.85, -0.35, 0.875};
   s.camera.projection = Projection::orthographic;
   s.camera.width = 1.25;
-  glm::dmat4 m(1.0);  // of 3-4-5 triangles
+  glm::dmat4 m(1.0);  // from 3-4-5 triangles
   m[0] = {0.6, 0.0, 0.8, 0.0};
   m[1] = {-0.64, 0.6, 0.48, 0.0};
   m[2] = {-0.48, -0.8, 0.36, 0.0};
@@ -404,7 +404,7 @@ Scene two_lobes() {
   return s;
 }
 
-/// Seen all around, from within.
+/// A tabulated phase function, seen by a spherical camera inside the box.
 Scene tabulated() {
   Scene s = mixed();
   const PhaseTable table{{-1.0, -0.875, 0.0, 0.75, 0.96875, 0.9999, 1.0},
@@ -455,7 +455,7 @@ constexpr Named scenes[] = {
 
 // ---- The caller's floating-point environment
 
-/// Sets what a host program might have set before it called render().
+/// Sets a floating-point environment as a host program might before it calls render().
 void make_hostile() {
   std::fesetround(FE_UPWARD);
 #if defined(__SSE__)
@@ -468,8 +468,8 @@ void make_hostile() {
 #endif
 }
 
-/// Whether this thread rounds up and flushes denormals; at run time, past the compiler's own
-/// arithmetic.
+/// \return whether this thread rounds up and flushes denormals. `volatile` keeps the compiler from
+/// folding the arithmetic.
 bool is_hostile() {
   volatile float one = 1.0f, tiny = 1e-30f, smallest = std::numeric_limits<float>::min();
   const volatile float sum = one + tiny, half = smallest * 0.5f;
@@ -556,7 +556,7 @@ int run(const Options& options) {
       std::fprintf(stderr, "%s: render() did not restore its caller's rounding\n", named.name);
       ++faults;
     }
-    // A scene that exercises next to nothing would agree everywhere and prove nothing.
+    // A scene with too few collisions would agree everywhere and prove nothing.
     const bool shoots = scene.integrator == tyndall::scene::Integrator::photons;
     if ((shoots && result.shoot.real < 100) || result.gather.real < 100
         || result.shoot.violations != 0) {

@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
-# One seed gives one result, bit for bit, whatever compiled it: tests/parity/hashes.cpp, built by several compilers at
-# several levels of optimisation and for several processors, prints the hashes in tests/golden/hashes.txt. So does it on
-# any number of threads, with batches of any size, and called with another rounding mode.
+# A seed gives the same result, bit for bit, with every compiler: tests/parity/hashes.cpp, built by several compilers at
+# several levels of optimisation and for several processors, prints the hashes in tests/golden/hashes.txt, also with any
+# number of threads, any batch size and another rounding mode of the caller.
 #
 #   same_bits.sh [--all | --print]
 #
-# Four variants: g++ -O0 and -O2 (AVX2), clang++ -O2 (AVX2), and arm64 in an emulator. --all: each compiler that is here
-# also at -O0 or -O2 for any x86-64, and at -O3 for this processor; four compilations of the core more. --print prints
-# the hashes that g++ -O2 gives and compares nothing.
+# Four variants: g++ -O0 and -O2 (AVX2), clang++ -O2 (AVX2), and arm64 in an emulator. --all adds four: each installed
+# compiler also at -O0 or -O2 for any x86-64, and at -O3 for this processor. --print prints the hashes of g++ -O2 and
+# compares nothing.
 #
-# CXX stands for g++ or for clang++, whichever it is. Ends with 77 (skipped) where nothing could be compared.
+# CXX replaces g++ or clang++, depending on its kind. Exits with 77 (skipped) if nothing could be compared.
 set -euo pipefail
 cd "${TYNDALL_SOURCE_DIR:-$(dirname "${BASH_SOURCE[0]}")/../..}"
 goldens=tests/golden/hashes.txt
@@ -23,12 +23,12 @@ fi
 launcher=()
 if command -v ccache >/dev/null; then
   launcher=(ccache)
-  # What -march=native means is part of what it compiles.
+  # The meaning of -march=native is part of the cache key.
   grep -m1 -E '^(flags|Features)' /proc/cpuinfo >"$scratch/processor" || true
   export CCACHE_EXTRAFILES=$scratch/processor
 fi
 
-# build NAME COMPILER FLAG...: the program $scratch/NAME/hashes, without TBB and with header-only packages alone.
+# build NAME COMPILER FLAG...: builds $scratch/NAME/hashes, without TBB and with header-only packages.
 build() {
   local name=$1 compiler=$2 source object objects=()
   shift 2
@@ -39,7 +39,7 @@ build() {
       -c "$source" -o "$object" || return 1
     objects+=("$object")
   done
-  # At -O0 no call of the C library's functions is folded away. The last object is the test's own.
+  # At -O0 the compiler folds no call of the C library's functions. The last object is the test's own.
   if [[ $name == gnu-O0 ]]; then bash tests/guards/no_libm.sh "${objects[@]::${#objects[@]}-1}" >&2 || return 1; fi
   "$compiler" "$@" "${objects[@]}" -pthread -o "$scratch/$name/hashes"
 }
@@ -57,7 +57,7 @@ if [[ $print ]]; then
   exit
 fi
 
-# compare RUN FILE: says which scenes of FILE differ from the goldens, and in what.
+# compare RUN FILE: prints which scenes of FILE differ from the goldens, and how.
 compare() {
   awk -v run="$1" '
     /^#/ { next }
@@ -75,7 +75,7 @@ compare() {
     }' "$goldens" "$2"
 }
 
-# check NAME RUNNER COMPILER FLAG...: one variant. Its runs end up in NAME.passed and NAME.failed.
+# check NAME RUNNER COMPILER FLAG...: checks one variant; lists its runs in NAME.passed and NAME.failed.
 check() {
   local name=$1 runner=$2 options out runs=("--threads 2" "--threads 7 --batch 1000 --hostile")
   shift 2
@@ -104,7 +104,7 @@ skip() {
   skipped=$((skipped + 1))
 }
 
-# variant NAME RUNNER COMPILER FLAG...: starts its check, two at a time, or says why not.
+# variant NAME RUNNER COMPILER FLAG...: starts its check, two at a time, or prints why it is skipped.
 variant() {
   if ! command -v "$3" >/dev/null; then
     skip "$1" "no $3 here"
@@ -154,8 +154,8 @@ for name in "${names[@]}"; do
 done
 echo "${#names[@]} variants, $passed runs agree with $goldens, $failed do not; $skipped variants skipped"
 if ((failed > 0)); then
-  echo "Where all variants differ alike, the arithmetic changed: if that was meant, raise arithmetic_version and run"
-  echo "tests/golden/update_goldens.sh. Where only some do, results depend on the compiler: find out why."
+  echo "If all variants differ alike, the arithmetic changed: if that was intended, raise arithmetic_version and run"
+  echo "tests/golden/update_goldens.sh. If only some differ, results depend on the compiler: find the reason."
   exit 1
 fi
 if ((passed == 0)); then exit 77; fi

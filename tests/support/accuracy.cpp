@@ -49,7 +49,7 @@ std::vector<double> moments_of(const Combination& c) {
   return first;
 }
 
-/// The way the first sun's light travels. Slabs lie across z.
+/// \return the direction in which the first sun's light travels. Slabs are normal to z.
 glm::dvec3 sunlight(const Combination& c) {
   return c.lights == "aslant" || c.lights == "sky" ? glm::dvec3(0.8, 0, 0.6) : glm::dvec3(0, 0, 1);
 }
@@ -63,7 +63,7 @@ std::vector<scene::Light> lights_of(const Combination& c) {
   if (c.lights != "many") return {sun};
   std::vector<scene::Light> lights{sun, scene::DirectionalLight{{0.7, -0.3, 0.5}, {0.2, 0.5, 0.8}},
                                    scene::DirectionalLight{{-0.2, 0.9, -0.4}, {0.8, 0.5, 0.2}}};
-  if (c.medium != "slab")  // which has images of it without end
+  if (c.medium != "slab")  // a periodic slab would have infinitely many images of it
     lights.push_back(scene::SphereLight{{1.6, 0.3, 1.4}, 0.3, glm::dvec3(1)});
   return lights;
 }
@@ -80,12 +80,12 @@ scene::Field field_of(const Combination& c) {
   return scene::Solid{};
 }
 
-/// Through the middle, along z.
+/// \return the optical depth through the middle, along z.
 double optical_depth(const Scene& scene) {
   return OpticalDepth(prepare(scene, 0), Ray{{0.5f, 0.5f, 0}, {0, 0, 1}}, 4000).total();
 }
 
-/// Of slabs in light along their normal.
+/// \return the exact radiance of slabs lit along their normal; empty for other media.
 std::optional<double> exact_radiance(const Combination& c) {
   if (c.medium != "slab" || c.lights != "zenith" || c.phase == "droplets") return {};
   const bool is_sharp = c.phase == "0.95" || c.phase == "two lobes";
@@ -96,8 +96,8 @@ std::optional<double> exact_radiance(const Combination& c) {
                                  : reference.reflected(0);
 }
 
-/// Pictures, each one of the replicates that a render is made of, which has photons and light of
-/// its own. They share what is measured of the matter.
+/// Renders pictures; each is a replicate of a render, with its own photons and light. The
+/// replicates of a render share the measured medium.
 class Pictures {
  public:
   Pictures(const Scene& scene, Backend& backend) : scene_(scene), backend_(&backend) {}
@@ -200,7 +200,7 @@ Scene scene_of(const Combination& c) {
     scene.medium.sides = {scene::Side::periodic, scene::Side::periodic, scene::Side::open};
   scene.lights = lights_of(c);
   scene.medium.components[0].extinction = c.optical_depth / optical_depth(scene);
-  // Sideways is up for a slab's grazing view, where it is lit from below.
+  // The sideways view of a slab is a grazing view of its lit face.
   const glm::dvec3 sun = sunlight(c), middle(0.5);
   const glm::dvec3 across =
       c.medium == "slab" ? glm::dvec3(0, std::sqrt(1 - slab_cosine * slab_cosine), slab_cosine)
@@ -213,7 +213,7 @@ Scene scene_of(const Combination& c) {
   scene.camera.width = 1;
   scene.camera.resolution = {width, width};
   scene.photons = most_replicates * 100000;
-  // Few of a thin medium's meet it.
+  // Few samples of a thin medium collide.
   scene.samples = most_replicates * (c.optical_depth < 1 ? 1024 : 256);
   return scene;
 }
@@ -283,7 +283,7 @@ std::vector<Combination> recorded() {
 
 Scene scene_of_recorded(const Combination& c) {
   Scene scene = scene_of(c);
-  scene.camera.width = 0.6;  // matter in all blocks
+  scene.camera.width = 0.6;  // the medium fills all blocks
   return scene;
 }
 

@@ -10,8 +10,8 @@ namespace tyndall::test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
-// Weight of the nodes that are no part of the quadrature: views and the beam. As good as 0, but the
-// operators' columns can be divided by it.
+// Weight of the nodes outside the quadrature, views and the beam: practically 0, but the operators'
+// columns can be divided by it.
 constexpr double no_weight = 1e-9;
 
 std::vector<double> legendre(double x, std::size_t count) {
@@ -111,7 +111,7 @@ double SlabReference::kernel(double to, double from) const {
 }
 
 SlabReference::Layer SlabReference::layer(double optical_thickness) const {
-  // A layer so thin that light is scattered in it once at most, then layers twice as thick.
+  // Begins with a layer thin enough for single scattering, then doubles its thickness.
   int doublings = 0;
   double thin = optical_thickness;
   while (thin > 1e-8) thin /= 2, ++doublings;

@@ -44,7 +44,7 @@ void expect_same_through_other_cameras(const MakeBackend& make) {
   ASSERT_TRUE(renderer.run());
   expect_same(renderer.result(), render(first, *make_cpu_backend()));
   const std::vector<Scene> cameras{larger, cropped, lens, first};
-  for (std::size_t i = 0; i < 12; ++i) {  // batches and slices that grow have an end
+  for (std::size_t i = 0; i < 12; ++i) {  // batches and slices reach their limits
     const Scene& scene = cameras[i % cameras.size()];
     renderer.look(scene);
     EXPECT_FALSE(renderer.has_picture());

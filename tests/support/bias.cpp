@@ -5,7 +5,7 @@
 namespace tyndall::test {
 namespace {
 
-/// Sums over the replicates, place by place, and what is left without one of them.
+/// Sums over the replicates, place by place, also with one replicate left out.
 class Sums {
  public:
   explicit Sums(const Replicates& all)
@@ -24,7 +24,7 @@ class Sums {
   struct Moments {
     double mean, variance;  ///< the variance of that mean
   };
-  /// \param without a replicate; count(): all count
+  /// \param without the replicate to leave out; count(): none
   Moments at(std::size_t place, std::size_t without) const {
     const double left_out = without < count() ? (*all_)[without][place] : 0;
     const double n = static_cast<double>(count()) - (without < count() ? 1 : 0);
@@ -53,7 +53,7 @@ Differences differences(const Sums& pictures, const Sums& truth, std::size_t wit
   return d;
 }
 
-/// Variance of what `without(i)` gives without replicate i of n.
+/// \return the jackknife's variance of an estimate; without(i) leaves out replicate i of n.
 template <class Without>
 Differences jackknife(std::size_t n, const Without& without) {
   Differences variance;

@@ -1,20 +1,20 @@
 /// \file
-/// How far pictures are from others on average over all noise: in their mean, and place by place
-/// (by root mean square).
+/// The bias of pictures against true ones, with the noise averaged out: of their mean, and place by
+/// place (root mean square).
 #pragma once
 
 #include <vector>
 
 namespace tyndall::test {
 
-/// [replicate][place]: values of independent pictures. A single replicate is without noise.
+/// [replicate][place]: values of independent pictures. A single replicate has no noise.
 using Replicates = std::vector<std::vector<double>>;
 
 struct Estimate {
   double value, error;  ///< one standard deviation
 };
 
-/// As shares of the true pictures' mean.
+/// Bias as fractions of the true pictures' mean.
 struct Bias {
   Estimate mean;    ///< of the mean over all places
   Estimate square;  ///< of the mean square over all places
@@ -22,9 +22,9 @@ struct Bias {
   double from_pictures, from_truth;
 };
 
-/// The square of a difference of means holds the variance of both, which the spread of the
-/// replicates gives: without it, it is the mean product of independent differences. So noise has no
-/// part in it. Errors are the jackknife's.
+/// Estimates the bias. The square of a difference of means contains the variances of both means;
+/// these are estimated from the spread of the replicates and subtracted, so noise adds no bias.
+/// Errors are the jackknife's.
 Bias bias(const Replicates& pictures, const Replicates& truth);
 
 }  // namespace tyndall::test

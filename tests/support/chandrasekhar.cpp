@@ -37,7 +37,7 @@ IsotropicSlab::IsotropicSlab(double optical_thickness, double albedo, std::vecto
   const std::size_t n = cosines_.size();
 
   // dX/dt = Y s, dY/dt = X s - Y / mu, with s = albedo / 2 times the integral of Y / mu over mu, by
-  // the classic method of Runge and Kutta. The steepest stream sets the step.
+  // the classic Runge-Kutta method. The smallest mu sets the step.
   using State = std::vector<double>;  // X, then Y
   const auto slope = [&](const State& state, State& out) {
     double s = 0;
@@ -117,7 +117,7 @@ PointSource::PointSource(double albedo) {
   }
   const double k2 = low * low;
   sum_.push_back({k2 * (1 - k2) / (2 * pi * albedo * (k2 - (1 - albedo))), low});
-  // Rates 1 + x up to infinity; x = exp(t - exp(-t)) makes the trapezoidal rule exponentially good.
+  // Rates 1 + x up to infinity; the trapezoidal rule in t converges fast with x = exp(t - exp(-t)).
   const double step = 0.1;
   for (double t = -4; t < 12; t += step) {
     const double x = std::exp(t - std::exp(-t)), s = 1 + x;

@@ -1,5 +1,5 @@
 /// \file
-/// A CPU backend, some function of which a test replaces.
+/// A CPU backend for tests that override some of its functions.
 #pragma once
 
 #include <memory>

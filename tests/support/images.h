@@ -1,5 +1,5 @@
 /// \file
-/// Images in the formats of others, byte by byte: what a file says is what the test wrote.
+/// Writes image files byte by byte, without the libraries that read them.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@ namespace tyndall::test {
 struct ExrChannel {
   std::string name;
   std::function<float(int x, int y)> value;  ///< of a pixel of the data window
-  int sampling = 1;                          ///< only every so many-th row and column
+  int sampling = 1;                          ///< stride of the stored rows and columns
 };
 
 struct ExrPart {
@@ -20,14 +20,14 @@ struct ExrPart {
   std::array<int, 4> data{0, 0, 15, 7};     ///< window: the first and the last column and row
   std::array<int, 4> display{0, 0, 15, 7};  ///< window
   std::string attributes = {};              ///< see exr_attribute
-  std::string name = {};                    ///< wanted where there are several parts
+  std::string name = {};                    ///< required if there are several parts
   float pixel_aspect = 1;
 };
 
-/// Three channels of one name, "" for plain ones.
+/// \return the channels R, G and B of a layer; "": without a layer name.
 std::vector<ExrChannel> exr_rgb(const std::string& layer, float red, float green, float blue);
 
-/// \param value its bytes, little endian
+/// \param value the bytes of the attribute, little endian
 std::string exr_attribute(const std::string& name, const std::string& type,
                           const std::string& value);
 std::string bytes_of(const std::vector<float>& values);
@@ -35,11 +35,12 @@ std::string bytes_of(const std::vector<float>& values);
 /// An OpenEXR file of floats, uncompressed, by rows.
 std::string exr_file(const std::vector<ExrPart>& parts);
 
-/// A Radiance picture without runs. \param lines of its header, \param pixels r, g, b, e each
+/// \return a Radiance file without run-length encoding. \param lines of the header
+/// \param pixels bytes r, g, b, e of each pixel
 std::string radiance_file(const std::string& lines, const std::string& resolution,
                           const std::string& pixels);
 
-/// A TIFF file of RGB floats. \param orientation its tag
+/// \return a TIFF file of RGB floats. \param orientation value of the tag
 std::string tiff_file(int width, int height, const std::vector<float>& rgb, int orientation);
 
 /// A JPEG file of 16 x 8 pixels, black but for the upper left quarter, with an orientation in Exif.

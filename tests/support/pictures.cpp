@@ -13,7 +13,7 @@
 namespace tyndall::test {
 namespace {
 
-/// A pixel that one film shows by itself is the same on another but for the rounding of its sums.
+/// Relative rounding error of a pixel's sums: the same samples can differ by it.
 constexpr double rounding = 1e-6;
 
 double welch_p(const Series& a, const Series& b) {

@@ -1,5 +1,5 @@
 /// \file
-/// Whether two sets of pictures show the same, pixel by pixel.
+/// Tests whether two sets of pictures have equal means, pixel by pixel.
 #pragma once
 
 #include <string>
@@ -9,9 +9,9 @@
 
 namespace tyndall::test {
 
-/// p of two sets of replicates whose true pictures are equal, by Welch's test of every pixel and
-/// channel and Sidak's rule for their number. Where it is below `level`, the mean pictures and
-/// their difference are written to the build folder and standard output says where.
+/// \return the p of two sets of replicates if their true pictures are equal, by Welch's test of
+/// every pixel and channel and Sidak's rule for their number. If p is below `level`, writes the
+/// mean pictures and their difference to the build folder and prints their paths.
 double pictures_p(const std::vector<RenderResult>& first, const std::vector<RenderResult>& second,
                   const std::string& name, double level);
 

@@ -1,6 +1,6 @@
 /// \file
-/// Random numbers for tests that try whatever comes. Engine and arithmetic are fixed: every machine
-/// tries the same.
+/// Random numbers for randomised tests. Engine and arithmetic are fixed, so that every machine
+/// tests the same cases.
 #pragma once
 
 #include <cstdint>

@@ -17,7 +17,7 @@ double length_between(Vec3f a, Vec3f b) {
   return std::sqrt(x * x + y * y + z * z);
 }
 
-/// In place: views point to them.
+/// Copies the tables in place: views point to them.
 void replace(MajorantTables& tables, const MajorantTables& others) {
   std::copy(others.total.begin(), others.total.end(), tables.total.begin());
   std::copy(others.upper.begin(), others.upper.end(), tables.upper.begin());

@@ -1,5 +1,5 @@
 /// \file
-/// Scenes that several tests use, and what it takes to run their walks and passes by hand.
+/// Scenes of several tests, and functions that run single walks and passes.
 #pragma once
 
 #include <cstdint>
@@ -23,9 +23,10 @@ scene::NoiseCloud high_variation(int octaves, std::uint32_t seed = 7);
 /// Densities in [0, 1), some voxels empty, some ten times as dense as the others.
 scene::DenseGrid random_grid(int nx, int ny, int nz, std::uint64_t seed);
 
-/// Voxel i of n along `axis` holds its middle, (i + 0.5) / n; 2 voxels across.
+/// \return a grid whose voxel i of n along `axis` has the value (i + 0.5) / n; 2 voxels along the
+/// other axes.
 scene::DenseGrid ramp(int n, int axis);
-/// The density of ramp() at x along its axis: linear between the first and the last middle.
+/// \return the density of ramp() at x along its axis: linear between the outer voxel centres.
 double ramp_density(int n, double x);
 
 // ---- Scenes
@@ -33,15 +34,15 @@ double ramp_density(int n, double x);
 scene::Component component(scene::Field field, double extinction, double albedo = 1.0,
                            scene::Phase phase = scene::IsotropicPhase{});
 
-/// The unit box, lit from everywhere with radiance 1, few super-voxels, a small picture.
+/// \return the unit box in a constant environment of radiance 1, few super-voxels, a small picture.
 Scene furnace(std::vector<scene::Component> components);
 
-/// Coloured and black matter, a lamp and a sky: light misses, escapes everywhere, is absorbed in
-/// all components.
+/// \return coloured and black components, a local light and a sky: photons miss, escape through all
+/// faces and are absorbed in all components.
 Scene coloured();
 
-/// A homogeneous layer of unit thickness, periodic in x and y, lit along +z: what is reflected
-/// leaves through face 4, what is transmitted through face 5.
+/// \return a homogeneous layer of unit thickness, periodic in x and y, lit along +z. Reflected
+/// light leaves through face 4, transmitted light through face 5.
 Scene slab(double optical_thickness, double albedo, scene::Phase phase = scene::IsotropicPhase{});
 
 /// Without check(): most of these scenes have no light.
@@ -57,20 +58,21 @@ inline PreparedScene prepare(const Scene& scene, int threads,
 struct FreePath {
   bool collided;
   int component;    ///< of the prepared medium
-  double distance;  ///< from where the flight began to where it ended [length]
+  double distance;  ///< from the start of the flight to its end [length]
 };
 
-/// First flights of photons 0 to n - 1 along one ray, which starts in or on the box of local space.
+/// \return first flights of photons 0 to n - 1 along a ray that starts in or on the box of local
+/// space.
 std::vector<FreePath> fly(const PreparedScene& scene, const AnySampler& sampler, const Ray& ray,
                           std::uint64_t n, std::uint64_t seed);
 
-/// Where a ray that starts in or on the box leaves it [length].
+/// \return the distance at which a ray that starts in or on the box leaves it [length].
 double distance_to_exit(const Box& box, const Ray& ray);
 
-/// Extinction of all components at a point of local space, as the walks would see it [1/length].
+/// \return the extinction of all components at a point of local space, as in the walks [1/length].
 float sigma_t_at(const PreparedScene& scene, Vec3f p);
 
-/// Optical depth along a ray, tabulated: middle rule in double over the field as it is in float.
+/// Tabulated optical depth along a ray: midpoint rule in double over the field in float.
 class OpticalDepth {
  public:
   OpticalDepth(const PreparedScene& scene, const Ray& ray, int points);
@@ -92,19 +94,19 @@ struct Tallies {
 
 /// Shoots the photons of `scene` on the CPU; no pictures.
 Tallies shoot(const Scene& scene);
-/// The same, and measures the matter.
+/// Shoots the photons and measures the medium.
 Tallies shoot_and_measure(const Scene& scene);
-/// With other bounds than its own, for as many super-voxels.
+/// Uses `bounds` instead of the scene's own, for the same number of super-voxels.
 Tallies shoot_and_measure(const Scene& scene, const MajorantTables& bounds);
 
-/// What `tyndall bake` writes.
+/// \return the light that `tyndall bake` writes.
 BakedLight baked(const Scene& scene, bool with_directions = true, bool per_light = false,
                  bool multiple_only = false);
 
-/// Renders `scene` on the CPU with `count` seeds from its own one on: replicates of its picture.
+/// Renders `scene` on the CPU with `count` successive seeds from its own on.
 std::vector<RenderResult> replicates(Scene scene, int count);
 
-/// measure(result) of every replicate.
+/// \return measure(result) of every replicate.
 template <class Measure>
 Series series(const std::vector<RenderResult>& results, Measure&& measure) {
   Series s;
@@ -112,24 +114,24 @@ Series series(const std::vector<RenderResult>& results, Measure&& measure) {
   return s;
 }
 
-/// A layer of the picture; a failure of the test where there is none.
+/// \return a layer of the picture; fails the test if there is none.
 const PictureLayer& layer(const RenderResult& result, const std::string& name);
 
-/// Mean of a channel over the picture: 0 to 2 red, green and blue, 3 alpha.
+/// \return the mean of a channel over the picture: 0 to 2 red, green and blue, 3 alpha.
 double mean_of_picture(const RenderResult& result, int channel = 0);
 
 // ---- Statistics of few replicates
 
 /// Two-sided p of Student's t.
 double student_p(double t, int degrees_of_freedom);
-/// p of a mean of few numbers (replicates) if the true one is `expected`.
+/// p of a mean of few numbers (replicates) if the true mean is `expected`.
 double replicates_p(const Series& replicates, double expected);
-/// p of two means of few numbers of like spread if the true ones are equal.
+/// p of two means of few numbers of similar spread if the true means are equal.
 double replicates_p(const Series& a, const Series& b);
 
-/// Small enough to be rendered many times, with every kind of tally.
+/// \return a scene that is fast to render and has every kind of tally.
 Scene quick();
-/// In every bit: tallies, picture, detectors, depth, ledger.
+/// Expects equal bits of tallies, picture, detectors, depth and ledger.
 void expect_same(const RenderResult& a, const RenderResult& b);
 
 }  // namespace tyndall::test

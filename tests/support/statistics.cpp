@@ -9,8 +9,8 @@
 namespace tyndall::test {
 namespace {
 
-// The terms shrink once n passes a few sqrt(a) beyond the peak: enough for any number of degrees of
-// freedom in use.
+// The terms shrink once n passes the peak by a few sqrt(a): enough for all degrees of freedom in
+// use.
 constexpr int most_terms = 10'000'000;
 constexpr double epsilon = 1e-15;
 

@@ -1,7 +1,7 @@
 /// \file
-/// Small statistics for tests. Every p is the probability of a result at least this far off if the
-/// implementation is right. With fixed seeds a right one passes for good; ask for p > 1e-4 or so,
-/// or p > sidak_level(1e-4, tests) where one test makes many comparisons.
+/// Statistics for tests. Every p is the probability of a result at least this far off if the
+/// implementation is right. Seeds are fixed, so a test that passes once passes always. Require
+/// p > 1e-4 or so, or p > sidak_level(1e-4, tests) if one test makes many comparisons.
 #pragma once
 
 #include <cstddef>
@@ -24,18 +24,18 @@ double chi_square_p(double statistic, double degrees_of_freedom);
 double kolmogorov_smirnov_p(double distance, double n);
 
 /// Pearson's test of `observed` counts against `expected` ones (of the same total, or scaled to
-/// it). Neighbouring bins are pooled until each expects at least 10. Something observed where
-/// nothing is expected gives p = 0.
+/// it). Neighbouring bins are pooled until each expects at least 10. Counts in bins without
+/// expectation give p = 0.
 struct ChiSquare {
   double statistic = 0;
   double degrees_of_freedom = 0;
   double p = 1;
 };
 ChiSquare chi_square_test(const std::vector<std::int64_t>& observed, std::vector<double> expected);
-/// The same against equal expectations.
+/// Pearson's test against equal expectations.
 ChiSquare chi_square_test(const std::vector<std::int64_t>& observed);
 
-/// Pearson's test of rows of counts, of like totals, as draws from one distribution.
+/// Pearson's test of rows of counts, with similar totals, as draws from one distribution.
 ChiSquare homogeneity_test(const std::vector<std::vector<std::int64_t>>& rows);
 
 /// p of `samples` as draws from the continuous distribution function `cdf`.
@@ -51,9 +51,10 @@ double proportion_p(std::int64_t hits, std::int64_t trials, double probability);
 /// Level of each of `tests` independent tests, so that all pass with probability 1 - level
 /// [Sidak1967].
 double sidak_level(double level, std::size_t tests);
-/// p of the smallest of several independent p's, by the same rule.
+/// p of the smallest of several independent p's, by Sidak's rule.
 double sidak_p(const std::vector<double>& p);
-/// The same without asking for independence (cautious): the smallest p times their number.
+/// p of the smallest of several p's that may depend on each other (conservative): the smallest
+/// times their number.
 double bonferroni_p(const std::vector<double>& p);
 
 /// Mean and spread of a series of numbers.
@@ -64,7 +65,7 @@ class Series {
   double mean() const { return mean_; }
   double variance() const;        ///< unbiased, of one number
   double standard_error() const;  ///< of the mean
-  /// Two-sided p of the mean if the true one is `expected` (many numbers: normal approximation).
+  /// Two-sided p of the mean if the true mean is `expected` (normal approximation).
   double p_of_mean(double expected) const;
 
  private:

@@ -1,5 +1,5 @@
 /// \file
-/// The volumes that write-volumes left, and those that lie beside the source tree.
+/// Finds and loads the volumes of write-volumes and those beside the source tree.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 
 namespace tyndall::test {
 
-/// \return the folder that an environment variable names; empty where there is none.
+/// \return the folder that an environment variable names; empty if there is none.
 inline std::filesystem::path folder_named_by(const char* variable) {
   const char* folder = std::getenv(variable);
   if (!folder || !std::filesystem::is_directory(folder)) return {};

@@ -2,7 +2,7 @@
 
   blender file.blend --background --python-exit-code 1 --python tools/blender/export_scene.py -- scene.json
 
-What cannot be carried over is told on stderr, by object. docs/blender.md says what becomes of what.
+Warnings on stderr name each object with settings that cannot be exported. docs/blender.md lists the conversions.
 """
 import json
 import math
@@ -13,13 +13,13 @@ import sys
 import bpy
 from mathutils import Matrix, Vector
 
-# Blender's z is up, Tyndall's y: -90 degrees about x take z to y, and y to -z. All that has a place is turned by it.
+# Up is z in Blender and y in Tyndall: -90 degrees about x take z to y, and y to -z. All positions are rotated by it.
 TO_TYNDALL = Matrix(((1, 0, 0, 0), (0, 0, 1, 0), (0, -1, 0, 0), (0, 0, 0, 1)))
 
-# Where a volume has no material that is understood: Blender's own default, a Principled Volume.
-DEFAULT_MATTER = {"density": {"extinction": (1, 1, 1), "scattering": (0.5, 0.5, 0.5), "lobe": (0, 0, 0)}}
+# For a volume without a supported material: Blender's own default, a Principled Volume.
+DEFAULT_MEDIUM = {"density": {"extinction": (1, 1, 1), "scattering": (0.5, 0.5, 0.5), "lobe": (0, 0, 0)}}
 
-UNSEEN = {"ARMATURE", "CAMERA", "EMPTY", "LATTICE", "LIGHT", "LIGHT_PROBE", "SPEAKER", "VOLUME"}  # are no matter
+UNSEEN = {"ARMATURE", "CAMERA", "EMPTY", "LATTICE", "LIGHT", "LIGHT_PROBE", "SPEAKER", "VOLUME"}  # not exported as missing geometry
 
 
 def warn(name, what):
@@ -39,7 +39,7 @@ def numbers(values):
 
 
 def file_name(path, folder):
-    """Relative to the scene's folder where it is within, so that both can be moved together."""
+    """Returns a path relative to the scene's folder if the file is in it, so that both can be moved together."""
     path, folder = os.path.abspath(bpy.path.abspath(path)), os.path.abspath(folder)
     return os.path.relpath(path, folder) if os.path.commonpath([path, folder]) == folder else path
 
@@ -48,7 +48,7 @@ def file_name(path, folder):
 
 
 def source(socket):
-    """The node that feeds a socket, or None."""
+    """Returns the node linked to a socket, or None."""
     while socket.is_linked:
         node = socket.links[0].from_node
         if node.type != "REROUTE":
@@ -59,13 +59,13 @@ def source(socket):
 
 def constant(socket, name):
     if socket.is_linked:
-        warn(name, f"what is linked to {socket.node.name}'s {socket.name} is not exported; its own value is taken")
+        warn(name, f"the link to {socket.node.name}'s {socket.name} is not exported; its own value is used")
     value = socket.default_value
     return Vector(value[:3]) if socket.type == "RGBA" else value
 
 
 def factor_and_grids(socket, name):
-    """A density as a number times grids: what Value, Attribute, Volume Info and products of them give."""
+    """Returns a density as a factor and the names of grids, from Value, Attribute, Volume Info and their products."""
     node = source(socket)
     if node is None:
         return socket.default_value, []
@@ -78,7 +78,7 @@ def factor_and_grids(socket, name):
     if node.type == "MATH" and node.operation == "MULTIPLY":
         a, b = (factor_and_grids(factor, name) for factor in node.inputs[:2])
         return a[0] * b[0], a[1] + b[1]
-    warn(name, f"the node {node.name} is not understood: its output is taken as 1")
+    warn(name, f"the node {node.name} is not supported: its output is taken as 1")
     return 1, []
 
 
@@ -90,8 +90,8 @@ def closures(node):
     return [node]
 
 
-def matter(material, name):
-    """Per grid: extinction, scattering, and scattering times mean cosine, each a colour."""
+def coefficients(material, name):
+    """Returns, per grid, extinction, scattering, and scattering times mean cosine, each a colour."""
     output = material.node_tree.get_output_node("CYCLES") if material and material.use_nodes else None
     found = {}
     for node in closures(source(output.inputs["Volume"]) if output else None):
@@ -107,7 +107,8 @@ def matter(material, name):
             g = constant(node.inputs["Anisotropy"], name)
         if node.type == "PRINCIPLED_VOLUME":
             grids += [attribute for attribute in [constant(node.inputs["Density Attribute"], name)] if attribute]
-            # As Cycles has it (svm/closure.h): what is not scattered is absorbed, less what Absorption Color lets by.
+            # As in Cycles (svm/closure.h): the light that is not scattered is absorbed, less the fraction that
+            # Absorption Color lets pass.
             by = constant(node.inputs["Absorption Color"], name)
             absorption = Vector(max(1 - c, 0) * max(1 - math.sqrt(max(b, 0)), 0) for c, b in zip(color, by))
             if constant(node.inputs["Color Attribute"], name):
@@ -115,15 +116,15 @@ def matter(material, name):
             if constant(node.inputs["Emission Strength"], name) or constant(node.inputs["Blackbody Intensity"], name):
                 warn(name, "its emission is not exported")
         if len(grids) != 1:
-            warn(name, f"{node.name}'s density is that of {len(grids)} grids, not of one: not exported")
+            warn(name, f"{node.name}'s density comes from {len(grids)} grids, not from one: not exported")
             continue
         sums = found.setdefault(grids[0], {"extinction": Vector(), "scattering": Vector(), "lobe": Vector()})
         sums["extinction"] += (scattering + absorption) * max(factor, 0)
         sums["scattering"] += scattering * max(factor, 0)
         sums["lobe"] += scattering * g * max(factor, 0)
     if not found:
-        warn(name, "has no volume shader: density times 1, albedo 0.5 and even scattering are taken")
-    return found or DEFAULT_MATTER
+        warn(name, "has no volume shader: density times 1, albedo 0.5 and isotropic scattering are used")
+    return found or DEFAULT_MEDIUM
 
 
 def components(volume, matrix, folder):
@@ -137,11 +138,11 @@ def components(volume, matrix, folder):
     if volume.modifiers:
         warn(name, "its modifiers are not exported")
     present = {grid.name for grid in data.grids}
-    # Densities "in object space" are per length of the object before it was scaled (Cycles' scene/object.cpp).
+    # Densities "in object space" are per length of the unscaled object (Cycles' scene/object.cpp).
     stretch = (matrix.to_3x3() @ Vector((1, 1, 1)).normalized()).length if data.render.space == "OBJECT" else 1
     made = []
     material = volume.material_slots[0].material if volume.material_slots else None
-    for grid, sums in matter(material, name).items():
+    for grid, sums in coefficients(material, name).items():
         if grid not in present:
             warn(name, f"{data.grids.frame_filepath} has no grid '{grid}': not exported")
             continue
@@ -149,7 +150,7 @@ def components(volume, matrix, folder):
         if extinction <= 0:
             continue
         if max(sums["extinction"]) - min(sums["extinction"]) > 1e-4 * extinction:
-            warn(name, "its extinction is coloured; Tyndall's is grey: the mean is taken")
+            warn(name, "its extinction is coloured; Tyndall's is grey: the mean is used")
         scattered = sum(sums["scattering"])
         component = {
             "field": {"type": "vdb", "file": file_name(data.grids.frame_filepath, folder), "grid": grid},
@@ -167,7 +168,7 @@ def components(volume, matrix, folder):
 
 
 def shader_factor(light, name):
-    """What the light's nodes multiply its power by."""
+    """Returns the factor of the light's power from its nodes."""
     output = light.node_tree.get_output_node("CYCLES") if light.use_nodes else None
     if output is None:
         return Vector((1, 1, 1))
@@ -178,15 +179,15 @@ def shader_factor(light, name):
     return constant(node.inputs["Color"], name) * constant(node.inputs["Strength"], name)
 
 
-def light_of(lamp, matrix):
-    """Watts of Blender are not quite radiant watts. Cycles (kernel/light/point.h, area.h, scene/light.cpp) makes of a
-    power P: of points and spots the intensity P / 4 pi, into a cone as everywhere; of areas the radiance P / (4 area),
-    that is pi P / 4 in all. A sun's strength is its irradiance [W/area]."""
-    data, name = lamp.data, lamp.name
+def light_of(light, matrix):
+    """Converts a light. Blender's watts are not radiant watts. From a power P Cycles (kernel/light/point.h, area.h,
+    scene/light.cpp) computes the intensity P / 4 pi of points and spots, independent of the cone, and the radiance
+    P / (4 area) of areas, which emit pi P / 4 in all. A sun's strength is its irradiance [W/area]."""
+    data, name = light.data, light.name
     turned = TO_TYNDALL @ matrix
     power = Vector(c * f * data.energy for c, f in zip(data.color, shader_factor(data, name)))
     if min(power) < 0:
-        warn(name, "takes light away: not exported")
+        warn(name, "has negative power: not exported")
         return None
     direction = numbers(-turned.col[2].xyz.normalized())
     place = numbers(turned.translation)
@@ -194,17 +195,18 @@ def light_of(lamp, matrix):
         return {"type": "directional", "direction": direction, "irradiance": numbers(power),
                 "angle": number(math.degrees(data.angle) if data.angle > math.radians(0.01) else 0)}
     intensity = numbers(power / (4 * math.pi))
-    if data.type == "POINT" and data.shadow_soft_size > 0 and lamp.visible_camera:
+    if data.type == "POINT" and data.shadow_soft_size > 0 and light.visible_camera:
         return {"type": "sphere", "center": place, "radius": number(data.shadow_soft_size), "power": numbers(power)}
     if data.type == "POINT":
-        if data.shadow_soft_size > 0:  # a sphere would be seen
+        if data.shadow_soft_size > 0:  # a sphere would be visible
             warn(name, "its radius is not exported, as it is not visible to the camera")
         return {"type": "point", "position": place, "intensity": intensity}
     if data.type == "SPOT":
         if data.shadow_soft_size > 0:
             warn(name, "its radius is not exported")
-        # Both fade by smoothstep(cosine): Blender from the rim's cosine on, over a share of what is left to 1. Cycles
-        # 3.4 dims the cone by another cosine of the angle to its axis, later ones do not; nor is it exported.
+        # Both programs fade by smoothstep of the cosine. Blender's fade begins at the rim and spans the fraction
+        # spot_blend of the cosines up to 1. Cycles 3.4 multiplies by the cosine of the angle to the axis, later
+        # versions do not; this factor is not exported.
         half = data.spot_size / 2
         full = math.acos(min(math.cos(half) + (1 - math.cos(half)) * data.spot_blend, 1))
         return {"type": "spot", "position": place, "direction": direction, "intensity": intensity,
@@ -215,10 +217,10 @@ def light_of(lamp, matrix):
         warn(name, "a round area becomes a rectangle of the same size")
         u, v = u * math.sqrt(math.pi / 4), v * math.sqrt(math.pi / 4)
     if data.spread < math.pi - 1e-3:
-        warn(name, "its spread is not exported: it shines to all of its side")
-    if not lamp.visible_camera:
+        warn(name, "its spread is not exported: it emits into its whole hemisphere")
+    if not light.visible_camera:
         warn(name, "is not visible to the camera; Tyndall's rectangles are")
-    if u.cross(v).dot(turned.col[2].xyz) > 0:  # it shines along -z, Tyndall's along cross(u, v)
+    if u.cross(v).dot(turned.col[2].xyz) > 0:  # it emits along -z, Tyndall's along cross(u, v)
         v = -v
     return {"type": "rectangle", "center": place, "edge_u": numbers(u), "edge_v": numbers(v),
             "radiance": numbers(power / (4 * u.cross(v).length))}
@@ -251,7 +253,7 @@ def sky(world, folder):
         return None
     if picture.projection != "EQUIRECTANGULAR" or source(picture.inputs["Vector"]) is not None:
         warn(world.name, f"the projection or mapping of {picture.name} is not exported")
-    # In the middle Blender shows what is along +x, Tyndall what is along +z.
+    # The image's centre is the direction +x in Blender and +z in Tyndall.
     return {"type": "environment", "image": file_name(path, folder), "scale": number(strength), "rotation": 90}
 
 
@@ -263,7 +265,7 @@ def camera_of(scene):
     data, name = camera.data, camera.name
     if data.type == "PANO":
         fail(f"{name}: panoramic cameras cannot be exported")
-    frame = data.view_frame(scene=scene)  # knows the sensor's fit
+    frame = data.view_frame(scene=scene)  # includes the sensor's fit
     left, right = min(corner.x for corner in frame), max(corner.x for corner in frame)
     if data.shift_x or data.shift_y:
         warn(name, "its shift is not exported")
@@ -273,8 +275,8 @@ def camera_of(scene):
         warn(name, "pixels that are not square are not exported")
     if render.use_border:
         warn(name, "the border is not exported: all of the picture is")
-    place, turn, _ = camera.matrix_world.decompose()
-    pose = TO_TYNDALL @ Matrix.Translation(place) @ turn.to_matrix().to_4x4()  # a camera's scale means nothing
+    place, rotation, _ = camera.matrix_world.decompose()  # a camera's scale has no effect
+    pose = TO_TYNDALL @ Matrix.Translation(place) @ rotation.to_matrix().to_4x4()
     made = {"type": "perspective", "matrix": numbers(x for row in pose for x in row),
             "resolution": [max(1, size * render.resolution_percentage // 100)
                            for size in (render.resolution_x, render.resolution_y)]}
@@ -285,7 +287,7 @@ def camera_of(scene):
     return made
 
 
-# ---- All of it
+# ---- The whole scene
 
 
 def export(path):
@@ -293,29 +295,29 @@ def export(path):
     scene = bpy.context.scene
     if scene.camera is None:
         fail("nothing to export: the scene has no camera")
-    matters, lights, met = [], [], set()
+    media, lights, visited = [], [], set()
     for instance in bpy.context.evaluated_depsgraph_get().object_instances:
         thing, matrix = instance.object.original, instance.matrix_world.copy()
-        met.add(thing.name)
+        visited.add(thing.name)
         if thing.hide_render or not instance.show_self:
             continue
         if thing.type == "VOLUME":
-            matters += components(thing, matrix, folder)
+            media += components(thing, matrix, folder)
         elif thing.type == "LIGHT":
             lights.append(light_of(thing, matrix))
         elif thing.type not in UNSEEN:
             warn(thing.name, f"a {thing.type.lower()}: not exported")
     for thing in scene.objects:
-        if thing.name not in met and not thing.hide_render and thing.type in ("VOLUME", "LIGHT"):
+        if thing.name not in visited and not thing.hide_render and thing.type in ("VOLUME", "LIGHT"):
             warn(thing.name, "hidden in the viewport: not exported")
-    if not matters:
+    if not media:
         fail("nothing to export: the scene has no volume from a file")
-    if len(matters) > 16:
-        fail(f"{len(matters)} volumes; Tyndall knows 16 components at most")
+    if len(media) > 16:
+        fail(f"{len(media)} volumes; Tyndall supports at most 16 components")
     lights = [light for light in [*lights, sky(scene.world, folder)] if light]
-    # No box: Tyndall takes that of the grids themselves. Blender's bounds are those of all of a file's grids, in whole
-    # leaves, and cells of the illumination grid would be spent on what is empty.
-    out = {"tyndall": 1, "medium": {"components": matters}, "lights": lights, "camera": camera_of(scene)}
+    # No box: Tyndall uses the bounds of the grids themselves. Blender's bounds contain all grids of a file, in whole
+    # leaves: cells of the illumination grid would be wasted on empty space.
+    out = {"tyndall": 1, "medium": {"components": media}, "lights": lights, "camera": camera_of(scene)}
     text = re.sub(r"\[\s+([^][{}]*?)\s+\]", lambda m: f"[{' '.join(m.group(1).split())}]", json.dumps(out, indent=2))
     unfinished = f"{path}.unfinished"
     try:
@@ -326,7 +328,7 @@ def export(path):
         if os.path.exists(unfinished):
             os.remove(unfinished)
         fail(f"{path}: {error.strerror}")
-    print(f"export_scene: {path}: components: {len(matters)}, lights: {len(lights)}")
+    print(f"export_scene: {path}: components: {len(media)}, lights: {len(lights)}")
 
 
 arguments = sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else []

@@ -1,4 +1,4 @@
-"""Shows the light that `tyndall bake` wrote: renders light.vdb with Cycles, which needs no scattering for it.
+"""Renders light.vdb, the output of `tyndall bake`, with Cycles, without scattering in Cycles.
 
   blender --background --factory-startup --python-exit-code 1 --python tools/blender/show_bake.py -- \\
       light.vdb picture.png [--scene scene.json] [--albedo A] [--exposure EV] [--samples N] [--width N]
@@ -13,9 +13,9 @@ import sys
 import bpy
 from mathutils import Matrix, Vector
 
-# Tyndall's y is up, Blender's z. A volume that Blender imports keeps the file's coordinates, so the object is turned:
-# +90 degrees about x take y to z, and z to -y. The camera is placed in Tyndall's coordinates and turned with it, so
-# that what is up in Tyndall is up in Blender, for whoever goes on from here.
+# Up is y in Tyndall and z in Blender. A volume that Blender imports keeps the file's coordinates, so the object is
+# rotated: +90 degrees about x take y to z, and z to -y. The camera is placed in Tyndall's coordinates and rotated with
+# it, so that Tyndall's up is Blender's up in later work, too.
 TO_BLENDER = Matrix(((1, 0, 0, 0), (0, 0, -1, 0), (0, 1, 0, 0), (0, 0, 0, 1)))
 
 
@@ -23,11 +23,11 @@ def arguments():
     parser = argparse.ArgumentParser(prog="show_bake.py")
     parser.add_argument("light", metavar="light.vdb", help="written by tyndall bake")
     parser.add_argument("picture", metavar="picture.png")
-    parser.add_argument("--scene", metavar="scene.json", help="seen by this scene's camera, before its background")
-    parser.add_argument("--albedo", type=float, metavar="A", help="of all matter (the file's grid, or 1)")
+    parser.add_argument("--scene", metavar="scene.json", help="uses this scene's camera and background")
+    parser.add_argument("--albedo", type=float, metavar="A", help="albedo of the medium (the file's grid, or 1)")
     parser.add_argument("--exposure", type=float, default=0, metavar="EV", help="brightness of the picture (0)")
-    parser.add_argument("--samples", type=int, default=8, metavar="N", help="per pixel (8)")
-    parser.add_argument("--width", type=int, metavar="N", help="of the picture (the scene's, or 480)")
+    parser.add_argument("--samples", type=int, default=8, metavar="N", help="samples per pixel (8)")
+    parser.add_argument("--width", type=int, metavar="N", help="width of the picture (the scene's, or 480)")
     return parser.parse_args(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else [])
 
 
@@ -35,14 +35,14 @@ def read_scene(path):
     try:
         with open(path, encoding="utf-8") as file:
             text = file.read()
-        # A string is kept as it is, and what stands between // and the end of the line goes.
+        # Removes comments from // to the end of the line; strings are kept.
         return json.loads(re.sub(r'("(?:[^"\\]|\\.)*")|//[^\n]*', lambda found: found.group(1) or "", text))
     except (OSError, ValueError) as error:
         sys.exit(f"show_bake: {path}: {error}")
 
 
 def add_volume(path, albedo):
-    """The baked light as matter that absorbs and shines."""
+    """Adds the baked light as a medium that absorbs and emits."""
     bpy.ops.object.volume_import(filepath=os.path.abspath(path), align="WORLD", location=(0, 0, 0))
     volume = bpy.context.object
     if volume is None or not volume.data.grids.load():
@@ -50,8 +50,9 @@ def add_volume(path, albedo):
     missing = {"density", "inscatter"} - {grid.name for grid in volume.data.grids}
     if missing:
         sys.exit(f"show_bake: {path}: no grid {' and '.join(sorted(missing))}: was it written by tyndall bake?")
-    # Cycles has a voxel reach from its index to the next one, OpenVDB and Tyndall have it lie around its index: half a
-    # voxel is taken back. It is the density's; the light's cells are wider, and stay off by half of what they are more.
+    # In Cycles a voxel reaches from its index to the next one; in OpenVDB and Tyndall its centre is at the index. So the
+    # volume is moved back by half a voxel of the density. The light's cells are wider: they stay shifted by half of the
+    # difference.
     voxel = volume.data.grids["density"].matrix_object.to_3x3() @ Vector((1, 1, 1))
     volume.matrix_world = TO_BLENDER @ Matrix.Translation(-voxel / 2)
 
@@ -82,11 +83,11 @@ def add_volume(path, albedo):
         links.new(grid("albedo").outputs["Color"], scattered.inputs[1])
     else:
         scattered.inputs[1].default_value = (1 if albedo is None else albedo,) * 3
-    # Black absorbs density x (1 - 0) per length: all of the extinction, as what is scattered is in the emission.
+    # Black absorbs density x (1 - 0) per length, all of the extinction: the emission contains the scattered light.
     absorption = node("ShaderNodeVolumeAbsorption", Color=(0, 0, 0, 1), Density=density.outputs["Fac"])
     emission = node("ShaderNodeEmission", Color=scattered.outputs[0], Strength=density.outputs["Fac"])
     shaders = [absorption, emission]
-    if "emission" in {grid.name for grid in volume.data.grids}:  # of the matter's own
+    if "emission" in {grid.name for grid in volume.data.grids}:  # emission of the medium itself
         shaders.append(node("ShaderNodeEmission", Color=grid("emission").outputs["Color"], Strength=1))
     volumes = shaders[0].outputs[0]
     for shader in shaders[1:]:
@@ -97,13 +98,13 @@ def add_volume(path, albedo):
     node("ShaderNodeOutputMaterial", Volume=volumes)
     volume.data.materials.clear()
     volume.data.materials.append(material)
-    # The file's extinction is per length of the world, whatever is done to the object.
+    # The file's extinction is per length of the world, independent of the object's scale.
     volume.data.render.space = "WORLD"
     return volume
 
 
 def look_at(position, target, up):
-    """From camera to world, in Tyndall's coordinates: the camera looks along -z, y is up."""
+    """Returns the matrix from camera to world in Tyndall's coordinates: the camera looks along -z, y is up."""
     back = (Vector(position) - Vector(target)).normalized()
     right = Vector(up).cross(back).normalized()
     return Matrix.Translation(position) @ Matrix((right, back.cross(right), back)).transposed().to_4x4()
@@ -111,7 +112,7 @@ def look_at(position, target, up):
 
 def add_camera(scene, volume, width):
     data = bpy.data.cameras.new("Camera")
-    data.sensor_fit = "HORIZONTAL"  # Tyndall's fov and width are across the picture, whatever its height
+    data.sensor_fit = "HORIZONTAL"  # Tyndall's fov and width are horizontal, independent of the height
     camera = bpy.data.objects.new("Camera", data)
     bpy.context.collection.objects.link(camera)
     bpy.context.scene.camera = camera
@@ -140,7 +141,7 @@ def add_camera(scene, volume, width):
     render.resolution_x = width or size[0]
     render.resolution_y = max(1, round(render.resolution_x * size[1] / size[0]))
     render.resolution_percentage = 100
-    if scene is None:  # moved back until all of the volume is seen
+    if scene is None:  # moves the camera back until the whole volume is visible
         graph = bpy.context.evaluated_depsgraph_get()
         box = [x for corner in volume.bound_box for x in volume.matrix_world @ Vector(corner)]
         camera.location = camera.camera_fit_coords(graph, box)[0]
@@ -151,7 +152,7 @@ def color(value):
 
 
 def add_background(scene):
-    """What is seen behind the matter: the scene's background, and its skies that are the same from everywhere."""
+    """Sets the background behind the medium: the scene's background plus its constant environments."""
     seen = Vector((0, 0, 0))
     if scene is not None:
         seen += color(scene.get("background", 0))
@@ -191,7 +192,7 @@ def main():
     scene = read_scene(options.scene) if options.scene else None
     if not os.path.isfile(options.light):
         sys.exit(f"show_bake: {options.light}: no such file")
-    bpy.ops.wm.read_factory_settings(use_empty=True)  # without the default cube, lamp and camera
+    bpy.ops.wm.read_factory_settings(use_empty=True)  # without the default cube, light and camera
     volume = add_volume(options.light, options.albedo)
     add_camera(scene, volume, options.width)
     add_background(scene)

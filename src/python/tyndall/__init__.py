@@ -8,8 +8,8 @@
     result = tyndall.render(scene, progress=print)
     result.picture       # float32 [height][width][4], linear RGB and alpha
 
-A scene is a dict with the keys of scene files (`schema()` has all of them, with units and ranges), or the path of such a
-file. Where a scene file names a raw file of a grid's values, a dict may hold the array itself: [nz][ny][nx].
+A scene is the path of a scene file, or a dict with the keys of one (`schema()` lists them with units and ranges).
+A dict may hold a grid's values as an array [nz][ny][nx] instead of the name of a raw file.
 """
 import dataclasses
 import json
@@ -26,7 +26,7 @@ __all__ = ["render", "bake", "validate", "schema", "devices", "Result", "Light",
 
 
 class Error(RuntimeError):
-    """What the command line would say, and its exit code in `code`."""
+    """An error, with the message of the command line and its exit code in `code`."""
 
     def __init__(self, message, code=1):
         super().__init__(message)
@@ -37,15 +37,15 @@ class Error(RuntimeError):
 class Result:
     picture: numpy.ndarray  #: float32 [height][width][4]: linear radiance, alpha; premultiplied, from the top left
     layers: dict            #: of float32 arrays [height][width][channels]: "variance", "depth", "single", ...
-    tallies: str            #: hash of all that was counted, the same on every machine
+    tallies: str            #: hash of the tallies, the same on every machine
     pixels: str             #: hash of the picture
-    facts: dict             #: what a picture's header says: the ledger, ranges, noise
+    facts: dict             #: the entries of a picture's header: ledger, ranges, noise
     warnings: list
 
 
 @dataclasses.dataclass
 class Light:
-    """Baked light (docs/bake.md). Cells are [nz][ny][nx]; each light by itself by its name, or "all"."""
+    """Baked light (docs/bake.md). Cells are [nz][ny][nx]. The dicts have the names of the lights as keys, or "all"."""
     low: tuple              #: corner of the box, in world space
     high: tuple
     fluence: dict           #: of float32 [nz][ny][nx][3]: radiance, integrated over all directions [W/area]
@@ -57,7 +57,7 @@ class Light:
 
 
 def _array(values, where, folder):
-    """A grid's values as a file. Returns its path and its size, x first."""
+    """Writes a grid's values to a file. Returns its path and its size, x first."""
     if values.ndim != 3:
         raise Error(f"{where}: expected an array [nz][ny][nx], got one of {values.ndim} dimensions", 3)
     if values.dtype.kind not in "biuf":
@@ -68,7 +68,7 @@ def _array(values, where, folder):
 
 
 def _with_arrays(value, folder, where):
-    """The same with files in the place of arrays, and other files' names from the root."""
+    """Returns a copy of `value` for JSON, with the arrays of grids written to files."""
     if isinstance(value, numpy.ma.MaskedArray):
         value = value.filled(0)
     if isinstance(value, (list, tuple)):
@@ -99,7 +99,7 @@ def _with_arrays(value, folder, where):
 
 
 def _bytes(name, value):
-    """A text as the command line takes it: what os.fsdecode() made of bytes becomes these again."""
+    """Encodes a str as on the command line: the inverse of os.fsdecode()."""
     try:
         return os.fsencode(value)
     except UnicodeError as error:
@@ -107,7 +107,7 @@ def _bytes(name, value):
 
 
 def _prepared(scene, overrides, folder):
-    """Name, text and folder of a scene, and its overrides, all as bytes."""
+    """Returns name, text and folder of a scene, and its overrides, all as bytes."""
     if not isinstance(overrides or {}, dict):
         raise Error(f"overrides: expected a dict such as {{\"camera.fov\": 30}}, got a {type(overrides).__name__}", 2)
     texts = [_bytes(f"overrides[{key!r}]",
@@ -143,7 +143,7 @@ def _call(function, scene, overrides, *arguments):
             raise Error(f"out of memory: {error}", 6) from error
         except OSError as error:
             raise Error(f"arrays could not be written for the reader: {error}", 5) from error
-        except Exception as error:  # of what is in the scene: keys, texts, numbers that JSON has not
+        except Exception as error:  # the scene has keys, strings or numbers that JSON cannot hold
             raise Error(f"scene: {error}", 3) from error
         return function(*prepared, *arguments)
 
@@ -159,42 +159,42 @@ def _integer(name, value, most):
 
 
 def _work(device, threads, progress):
-    """What a render and a bake need besides a scene, checked."""
+    """Checks the arguments that render() and bake() share and returns them for _core."""
     if not isinstance(device, str):
         raise Error(f"device: expected a text such as \"cpu\", got {device!r}", 2)
     if progress is not None and not callable(progress):
         raise Error(f"progress: expected a function, got {progress!r}", 2)
 
-    def goes_on(name, share):
-        said = progress(name, share)
-        return said is None or bool(said)  # None is what functions return that return nothing
+    def goes_on(name, fraction):
+        answer = progress(name, fraction)
+        return answer is None or bool(answer)  # a function without a return statement returns None
     return _bytes("device", device), _integer("threads", threads, 4096), None if progress is None else goes_on
 
 
 def render(scene, overrides=None, *, device="auto", threads=0, progress=None):
-    """Renders `scene`. `overrides`: {"camera.fov": 30}. `progress(pass, share)` is called now and then; where it returns
-    False, or anything false but None, KeyboardInterrupt is raised. Raises Error."""
+    """Renders `scene`. `overrides`: {"camera.fov": 30}. `progress(pass, fraction)` is called periodically; if it returns
+    a false value other than None, KeyboardInterrupt is raised. Raises Error."""
     return Result(**_call(_core.render, scene, overrides, *_work(device, threads, progress)))
 
 
 def bake(scene, overrides=None, *, order=1, per_light=False, multiple_only=False, device="auto", threads=0,
          progress=None):
-    """Shoots the photons of `scene` and returns their Light. `order` 0: without directions. `multiple_only`: without what
-    lights scatter once. Raises Error."""
+    """Shoots the photons of `scene` and returns their Light. `order` 0: without directions. `multiple_only`: without
+    single scattering. Raises Error."""
     return Light(**_call(_core.bake, scene, overrides, *_work(device, threads, progress),
                          _integer("order", order, 1) > 0, bool(per_light), bool(multiple_only)))
 
 
 def validate(scene, overrides=None):
-    """Returns the warnings about a scene. Raises Error with all that is wrong with it, one per line."""
+    """Returns the warnings about a scene. Raises Error with all its errors, one per line."""
     return _call(_core.validate, scene, overrides)
 
 
 def schema():
-    """The JSON Schema of scenes, as a dict."""
+    """Returns the JSON Schema of scenes as a dict."""
     return json.loads(_core.schema())
 
 
 def devices():
-    """What can render, one per line."""
+    """Returns the list of devices, one per line."""
     return _core.devices()

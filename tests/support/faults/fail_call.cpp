@@ -1,9 +1,7 @@
-// Loaded before all other libraries (LD_PRELOAD), lets one call of the program fail, counted from
-// the first line of main:
+// A library for LD_PRELOAD that makes one call of the program fail, counted from the start of main:
 //   FAIL_CALL=write FAIL_AT=7 FAIL_FROM=own|libraries|all program ...
-// FAIL_AT=0 fails nothing. The number of calls is written to the file FAIL_COUNT, where that is
-// set. Own calls are those that the program's text makes; for memory, operator new as well as
-// malloc.
+// With FAIL_AT=0 no call fails. Writes the number of calls to the file FAIL_COUNT if that is set.
+// Own calls are those from the program's code; for memory, operator new as well as malloc.
 #include <dlfcn.h>
 #include <elf.h>
 #include <fcntl.h>
@@ -28,7 +26,7 @@ namespace {
 std::atomic<bool> active = false;
 std::atomic<long> calls = 0;
 long fail_at = 0;
-char wanted[16] = "", from[16] = "all";
+char failing_call[16] = "", from[16] = "all";
 std::uintptr_t text_begin = 0, text_end = 0;  // of the program
 
 template <class Function>
@@ -36,9 +34,9 @@ Function next(const char* name) {
   return reinterpret_cast<Function>(::dlsym(RTLD_NEXT, name));
 }
 
-/// Whether this call is to fail.
+/// \return whether this call must fail.
 bool fails(const char* call, const void* caller) {
-  if (!active || std::strcmp(call, wanted) != 0) return false;
+  if (!active || std::strcmp(call, failing_call) != 0) return false;
   const auto at = reinterpret_cast<std::uintptr_t>(caller);
   const bool is_own = at >= text_begin && at < text_end;
   if (from[0] == 'o' && !is_own) return false;
@@ -53,7 +51,7 @@ int find_text(dl_phdr_info* info, std::size_t, void*) {
     text_begin = info->dlpi_addr + segment.p_vaddr;
     text_end = text_begin + segment.p_memsz;
   }
-  return 1;  // the first is the program
+  return 1;  // stops: the first object is the program
 }
 
 using Main = int(int, char**, char**);
@@ -64,10 +62,10 @@ int counted_main(int argc, char** argv, char** environment) {
   const auto copy = [](char(&to)[16], const char* name) {
     if (const char* value = std::getenv(name)) std::strncpy(to, value, sizeof to - 1);
   };
-  copy(wanted, "FAIL_CALL");
+  copy(failing_call, "FAIL_CALL");
   copy(from, "FAIL_FROM");
   if (const char* at = std::getenv("FAIL_AT")) fail_at = std::atol(at);
-  ::unsetenv("LD_PRELOAD");  // the process that reads volumes is not meant
+  ::unsetenv("LD_PRELOAD");  // not for the process that reads volumes
   active = true;
   return real_main(argc, argv, environment);
 }

@@ -1,6 +1,6 @@
 /// \file
-/// Writes the volumes that the tests read: sound ones of each kind, and ones that are odd in one
-/// way each. `write-volumes FOLDER`
+/// Writes the volumes that the tests read: valid ones of each kind, and ones with one anomaly each.
+/// `write-volumes FOLDER`
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -121,7 +121,7 @@ void names_and_types() {
   auto level_set = openvdb::tools::createLevelSetSphere<FloatGrid>(10, openvdb::Vec3f(0), 1);
   level_set->setName("surface");
   write("level_set", {level_set});
-  // Some writers leave no background in level sets, and no sign outside of the band.
+  // Some writers set no background in level sets, and no sign outside the band.
   auto unsigned_inside = FloatGrid::create(0);
   for (auto v = level_set->cbeginValueOn(); v; ++v)
     unsigned_inside->tree().setValue(v.getCoord(), *v);
@@ -200,8 +200,8 @@ void values() {
   write("no_grids", {});
 }
 
-/// A simulation: what burns and grows, a frame without voxels, one that has a grid less, one
-/// without grids. And one that begins with nothing.
+/// Writes three sequences. "sim": a fire that grows, with a frame without voxels, one without
+/// temperature and one without grids. "late": the first frame is empty. "surface": a level set.
 void sequences() {
   const auto named = [](const char* name) {
     auto grid = FloatGrid::create();
@@ -218,7 +218,7 @@ void sequences() {
   write("late.01", {named("density")});
   write("late.02", {ball()});
   write("late.03", {grown});
-  auto surface = named("density");  // with a background that is neither within nor without
+  auto surface = named("density");  // background 0, neither inside nor outside
   surface->setGridClass(openvdb::GRID_LEVEL_SET);
   write("surface.01", {surface});
 }
@@ -275,9 +275,9 @@ void dense() {
              static_cast<std::streamsize>(raw.size() * sizeof(float)));
 }
 
-// ---- Large ones, for tests/long/measure_volumes
+// ---- Large volumes, for tests/long/measure_volumes
 
-/// Random densities in the bricks of 8^3 voxels whose middle is within a ball.
+/// Random densities in the bricks of 8^3 voxels with the centre in a ball.
 FloatGrid::Ptr noisy_ball(int radius) {
   auto grid = FloatGrid::create();
   std::mt19937 random(1);
@@ -296,7 +296,7 @@ FloatGrid::Ptr noisy_ball(int radius) {
   return grid;
 }
 
-/// `count` small balls, anywhere within edge^3 voxels.
+/// `count` small balls at random places in edge^3 voxels.
 FloatGrid::Ptr scattered_lumps(int count, int edge) {
   auto grid = FloatGrid::create();
   auto voxels = grid->getAccessor();
