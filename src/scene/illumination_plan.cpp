@@ -8,6 +8,7 @@
 #include "scene/checker.h"
 #include "scene/cube_root.h"
 #include "scene/prepare_phase.h"
+#include "tyndall/render/volume.h"
 #include "tyndall/transport/illumination.h"
 
 namespace tyndall {
