@@ -958,9 +958,9 @@ TEST_F(SequenceTest, GrainMovesWithoutShootingTheLightAnew) {
 
 TEST_F(CliTest, RefusesWrongSequences) {
   for (const std::string flag : {"--frames=-5:2", "--frames=-5", "--frames=1:-2"})
-    expect_error({"render", "scene.json", flag, "-o", "f.##.pfm"}, 2, "numbered from 0 on");
+    expect_error({"render", "scene.json", flag, "-o", "f.##.pfm"}, 2, "frame numbers start at 0");
   expect_error({"render", "scene.json", "--frames", "-5:2", "-o", "f.##.pfm"}, 2,
-               "numbered from 0 on");
+               "frame numbers start at 0");
   for (const char* wrong : {"", "3:", "3:1", "1:2:0", "a:b", "1:2:3:4", "-1:2"})
     expect_error({"render", "scene.json", std::string("--frames=") + wrong, "-o", "f.##.pfm"}, 2,
                  "--frames");
