@@ -969,7 +969,7 @@ TEST_F(CliTest, RefusesWrongSequences) {
   expect_error({"render", "scene.json", "--turntable", "90"}, 2, "--frames");
   expect_error(
       {"render", "scene.json", "--frames", "1:2", "-o", "f.##.pfm", "--detectors", "d.json"}, 2,
-      "d.json: has no place");
+      "d.json: has no ##");
   expect_error(
       {"render", "scene.json", "--frames", "1:2", "-o", "f.##.pfm", "--checkpoint", "c.tyn"}, 2,
       "not together");
