@@ -34,7 +34,7 @@ double luminance_of(const std::int64_t* words, const IlluminationCells& cells) {
 
 /// Averages over the neighbours of each cell as gathering does, which interpolates numerator and
 /// denominator separately: averaged over a cell, each neighbour along an axis has weight 1/8.
-/// A cell at the rim of the medium holds too little medium, and light in it, to be used alone.
+/// A single cell at the rim of the medium has too few samples of both.
 template <class T>
 std::vector<T> smoothed(const IlluminationCells& cells, std::vector<T> values) {
   const std::array<int, 3> size{cells.nx, cells.ny, cells.nz};

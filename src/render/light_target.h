@@ -102,8 +102,8 @@ class Target {
     return glm::max(rest, glm::dvec3(0));
   }
 
-  /// The squared distance from a light to what it lights: about that to the box, and at least a
-  /// tenth of the box's size, squared.
+  /// The squared distance from a light to the medium: about that to the box, and at least a tenth
+  /// of the box's size, squared.
   double lit_distance_squared(const glm::dvec3& place) const;
 
  private:

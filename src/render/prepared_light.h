@@ -60,8 +60,8 @@ inline const EmissionWay& better(const EmissionWay& a, const EmissionWay& b) {
 }
 
 /// The brightness of an area light. A tiny light may be clamped where it is visible, so that the
-/// film still resolves what it lights. \param solid_angle [sr] of the light, seen from what it
-/// lights
+/// film still resolves the medium that it lights. \param solid_angle [sr] of the light, seen from
+/// the medium
 inline double area_light_brightness(const glm::dvec3& radiance, double solid_angle) {
   const double lit = largest(radiance) * std::min(solid_angle, double{pi});
   return std::max(lit, std::min(largest(radiance) / 1024, 4096 * lit));

@@ -320,7 +320,7 @@ TEST(NoiseBounds, suprema_have_the_symmetries_that_the_proof_uses) {
   }
 }
 
-// The bound also holds for what float arithmetic returns.
+// The bound also holds for the results of float arithmetic.
 TEST(NoiseBounds, noise_bound_is_proven) {
   const double claim = double{noise_bound} - double{noise_rounding};
   const Proof proof = bound_supremum(noise_supremum, claim);
