@@ -1,6 +1,6 @@
 /// \file
-/// The threads of the host. Walks through super-voxels in a box with open sides go side by side in
-/// lanes, everything else index by index.
+/// The CPU backend: the threads of the host. Walks through super-voxels in a box with open sides
+/// run in SIMD lanes; everything else runs index by index.
 #include <algorithm>
 #include <utility>
 
@@ -79,7 +79,7 @@ class CpuBackend final : public Backend {
     resize_in_huge_pages(empty, illumination_.size());
     return std::exchange(illumination_, std::move(empty));
   }
-  // Measurements are taken once, as a rule, and their memory with them.
+  // Measurements are usually taken once, so their memory is given away.
   std::vector<std::int64_t> take(measurement::Id id) override {
     measured_[id].resize(measurement::word_count(id, *scene_));
     return std::exchange(measured_[id], {});
@@ -131,13 +131,14 @@ class CpuBackend final : public Backend {
     film_.groups.resize(scene_->pixels() * scene_->groups.size() * 3);
   }
 
-  /// The medium's and the sampler's types are chosen here, once a launch.
+  /// Selects the types of the medium and of the sampler, once per launch.
   template <class Launch>
   std::uint64_t visit(Launch&& launch) {
     return std::visit(launch, scene_->medium, scene_->sampler);
   }
 
-  /// Calls a pass of walks for every index, `together` of which are done or not done.
+  /// Calls a pass of walks for every index. Groups of `together` indices are done as a whole or not
+  /// at all.
   template <class Pass>
   std::uint64_t run_walks(IndexRange range, const Pass& pass, std::uint64_t together = 1) {
     const bool by_lanes = has_lanes(pass);
@@ -145,7 +146,7 @@ class CpuBackend final : public Backend {
         (chunk_length(range, by_lanes) + together - 1) / together * together;
     return parallel_for_until(pause_, range.begin, range.end, chunk, threads_,
                               [&](std::uint64_t begin, std::uint64_t end) {
-                                Account account;  // a chunk's own, lest the threads fight over one
+                                Account account;  // one per chunk, to avoid contention
                                 Pass own = pass;
                                 own.accounts = {&account};
                                 if (by_lanes) {
@@ -157,8 +158,8 @@ class CpuBackend final : public Backend {
                               });
   }
 
-  /// Long ones for lanes: those of a chunk's last paths run half empty. But a pause waits for a
-  /// chunk, and no thread shall be left without one.
+  /// Lanes need long chunks: they are half empty during the last paths of a chunk. But a pause
+  /// waits for the end of a chunk, and each thread needs one.
   std::uint64_t chunk_length(IndexRange range, bool by_lanes) const {
     constexpr std::uint64_t least = 2048, most = 16384;
     if (!by_lanes) return 64;

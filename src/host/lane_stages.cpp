@@ -1,6 +1,6 @@
 /// \file
-/// The stages in one instruction set. Nothing here may be left out of line: an inline function of
-/// the core, compiled for a processor that has more, would replace the plain one in the program.
+/// The stages in one instruction set. Everything here must be inlined: an out-of-line copy of an
+/// inline function of the core, compiled for a larger instruction set, could replace the plain one.
 #if !defined(TYNDALL_ISA)
 #define TYNDALL_ISA plain
 #endif
@@ -9,7 +9,7 @@
 
 #include "host/pack.h"
 
-// The grid's bounds, which a loop gathers, are not among the lanes that it writes.
+// The grid's bounds, which a loop gathers, do not alias the lanes that it writes.
 #if defined(__clang__)
 #define INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
 #else
@@ -83,8 +83,8 @@ constexpr Numbers numbers = [] {
   return cells;
 }
 
-/// As MixedMedium::choose(): the first component whose majorants together exceed v. Leaves what v
-/// is above the others.
+/// Like MixedMedium::choose(): chooses the first component whose cumulative majorant exceeds v, and
+/// subtracts the majorants before it from v.
 [[gnu::flatten]] void choose(Lanes& s, const MajorantGrid& grid) {
   const int used = whole_registers(s.used);
   for (int l = 0; l < used; ++l) s.component[l] = virtual_particle;
@@ -152,16 +152,16 @@ constexpr Numbers numbers = [] {
   return list(s);
 }
 
-/// Packs the open decisions, and marks the lanes of the real collisions.
+/// Packs the open decisions and marks the lanes of the real collisions.
 [[gnu::always_inline]] inline void settle(Undecided& u, Lanes& s) {
   const int real = pack(u.real, u.count, Column(u.lane, s.listed));
   for (int m = 0; m < real; ++m) s.real[s.listed[m]] = 1;
   u.count = pack(u.open, u.count, u.x, u.y, u.z, u.threshold, u.rest, u.noise, u.lane);
-  // What fills up the last register goes through the arithmetic too.
+  // The padding of the last register takes part in the arithmetic.
   for (int m = u.count; m < whole_registers(u.count); ++m) u.x[m] = u.y[m] = u.z[m] = 0.0f;
 }
 
-/// \param count of whole registers.
+/// \param count fills whole registers.
 [[gnu::always_inline]] inline void add_octave(Undecided& u, int count, std::uint32_t seed,
                                               float amplitude) {
   for (int m = 0; m < count; ++m) {
@@ -190,7 +190,7 @@ constexpr Numbers numbers = [] {
     const float body = field.shape(p);
     const float threshold = field.threshold(extinction, u.v[m], body);
     const float rest = NoiseCloud::widened(total, body, threshold);
-    // Numbers, not bools: GCC 12 makes no lanes of a loop whose bools it folds into one another.
+    // Integers, not bools: GCC 12 does not vectorise a loop whose bools it folds into each other.
     const std::int32_t may = u.v[m] < extinction ? 1 : 0;
     const std::int32_t far = NoiseCloud::is_settled(0.0f, threshold, rest) ? 1 : 0,
                        below = threshold < 0.0f ? 1 : 0;
@@ -226,7 +226,7 @@ constexpr Numbers numbers = [] {
     amplitude = amplitude * field.gain;
     if (k < field.octaves) settle(u, s);
   }
-  // The last register: moving a few costs more than an octave of them.
+  // The last register: packing its elements costs more than adding an octave to all of them.
   std::int32_t left = k <= field.octaves ? u.count : 0;
   alignas(64) std::int32_t open[widest_register], real[widest_register];
   for (int m = 0; m < widest_register; ++m) open[m] = m < left ? 1 : 0, real[m] = 0;
@@ -246,7 +246,7 @@ constexpr Numbers numbers = [] {
     for (int m = 0; m < widest_register; ++m) u.open[m] = open[m], u.real[m] = real[m];
     settle(u, s);
   }
-  for (int m = 0; m < u.count; ++m) {  // all octaves: nothing is left open
+  for (int m = 0; m < u.count; ++m) {  // with all octaves, the noise decides
     const int l = u.lane[m];
     const float body = field.shape(NoiseCloud::on_lattice(to_field({s.x[l], s.y[l], s.z[l]})));
     s.real[l] = s.v[l] < extinction * field.transfer(u.noise[m], body) ? 1 : 0;
@@ -263,7 +263,7 @@ constexpr Numbers numbers = [] {
 [[gnu::flatten]] void locate(Lanes& s, const IlluminationCells& c) {
   const int used = whole_registers(s.used);
   const IlluminationCells cells = c;
-  if (cells.bricks.table) {  // searches, which no lanes share
+  if (cells.bricks.table) {  // searches do not vectorise
     for (int l = 0; l < s.used; ++l) {
       if (s.real[l] == 1)
         s.illumination_cell[l] = static_cast<std::int32_t>(cells.cell_of({s.x[l], s.y[l], s.z[l]}));
@@ -282,7 +282,7 @@ template <Phase::Kind kind>
   Phase phase = p;
   phase.kind = kind;
   for (int l = 0; l < used; ++l) {
-    if constexpr (kind == Phase::Kind::tabulated) {  // searches, which no lanes share
+    if constexpr (kind == Phase::Kind::tabulated) {  // searches do not vectorise
       if (s.real[l] != 1) continue;
     }
     const Vec3f d = phase.sample({s.direction_x[l], s.direction_y[l], s.direction_z[l]},
@@ -333,7 +333,7 @@ template <Phase::Kind kind>
   }
 }
 
-/// As fractal_noise(), with the points in the inner loop.
+/// Like fractal_noise(), but the inner loop runs over the points.
 [[gnu::flatten]] void extinction(MatterPoints& points, const NoiseCloud& f, const Affine& a,
                                  float extinction) {
   const NoiseCloud field = f;
@@ -342,7 +342,7 @@ template <Phase::Kind kind>
   for (int m = 0; m < count; ++m) points.noise[m] = 0.0f;
   float amplitude = 1.0f, frequency = 1.0f;
   for (int k = 1; k <= field.octaves; ++k) {
-    frequency = 2.0f * frequency;  // exact, as repeated doubling of the point
+    frequency = 2.0f * frequency;  // exact, like repeated doubling of the point
     const std::uint32_t seed = octave_seed(field.seed, k);
     for (int m = 0; m < count; ++m) {
       const Vec3f p = NoiseCloud::on_lattice(to_field({points.x[m], points.y[m], points.z[m]}));

@@ -39,13 +39,13 @@ const LaneStages& stages_named(std::string_view name) {
   return *list.front();
 }
 
-/// Moves paths between the stages, and keeps their account. What begins a path, ends it, and
-/// happens at its collisions is the Driver's:
-///   uint64_t stream(uint64_t index)             whose random numbers a path has
-///   bool begin(RandomStream, Path&, int lane)   false where the path ends at once
-///   bool leave(int lane, Flight, Path&)         whether it goes on, with the flight `path`
-///   bool collide(int lane, int component)       false where the path ends
-///   void move(int from, int to)                 what it keeps of a lane
+/// Moves paths between the stages and keeps their account. The Driver begins and ends paths and
+/// handles their collisions:
+///   uint64_t stream(uint64_t index)             the index of a path's random numbers
+///   bool begin(RandomStream, Path&, int lane)   false if the path ends immediately
+///   bool leave(int lane, Flight, Path&)         whether it continues, with the flight `path`
+///   bool collide(int lane, int component)       false if the path ends
+///   void move(int from, int to)                 moves the driver's own data of a lane
 template <class Driver, class Medium>
 class Batch {
  public:
@@ -72,11 +72,11 @@ class Batch {
   }
 
  protected:
-  // More would leave more lanes waiting for the last, fewer would draw for lanes that did not
-  // arrive.
+  // With more turns, more lanes wait for the last one; with fewer, draw() runs for lanes that did
+  // not arrive.
   static constexpr int turns = 3;
 
-  /// Lanes whose path ended get the next ones. \return whether any is under way.
+  /// Starts the next paths in the lanes whose path ended. \return whether any path is left.
   bool refill() {
     int free = stages_.free(lanes_);
     if (free == 0) return true;
@@ -97,7 +97,7 @@ class Batch {
     return under_way > 0;
   }
 
-  /// The last paths move together: a few that scatter for long would keep all lanes busy.
+  /// Packs the last paths: otherwise a few long paths would keep all lanes busy.
   void compact(int under_way) {
     int to = 0;
     for (int from = 0; from < lanes_.used; ++from) {
@@ -147,7 +147,7 @@ class Batch {
     count_flight();
   }
 
-  /// What the minorant of component `c` left undecided.
+  /// Decides the collisions that the minorant of component `c` left undecided.
   void decide(int c) {
     const auto& component = medium_.component(c);
     const int audited = stages_.ask(lanes_, some_, c);
@@ -188,7 +188,7 @@ class Batch {
     driver().after();
   }
 
-  /// A new flight in place of the one that collided; LaneStages::go_on starts it.
+  /// Replaces a collided flight by a new one, which LaneStages::go_on starts.
   void turn(int l, const Path& path) {
     lanes_.x[l] = path.ray.origin.x;
     lanes_.y[l] = path.ray.origin.y;
@@ -224,7 +224,7 @@ class Batch {
   Undecided some_{};
 };
 
-/// Photons: score, absorb, play roulette, scatter.
+/// Photons: scoring, absorption, Russian roulette, scattering.
 template <class Medium>
 class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
  public:
@@ -248,7 +248,7 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
 
   void move(int from, int to) { tracks_[to] = tracks_[from]; }
 
-  // Memory is asked for early: an atomic addition waits for its own alone.
+  // Prefetches the cells: otherwise each atomic addition waits for its memory.
   void before(int real) {
     this->stages_.locate(lanes_, pass_.illumination.cells);
     const auto moments = static_cast<std::size_t>(pass_.illumination.cells.moments());
@@ -299,7 +299,7 @@ class PhotonBatch : public Batch<PhotonBatch<Medium>, Medium> {
   Track tracks_[Lanes::size];
 };
 
-/// Samples of the picture.
+/// Samples of the image.
 template <class Medium>
 class SampleBatch : public Batch<SampleBatch<Medium>, Medium> {
  public:
@@ -344,7 +344,7 @@ class SampleBatch : public Batch<SampleBatch<Medium>, Medium> {
   Sight sights_[Lanes::size];
 };
 
-/// Integrates the extinction of cells, the points of each side by side.
+/// Integrates the extinction of cells, with the points of a cell in lanes.
 template <class Medium>
 class MatterBatch {
  public:
@@ -391,7 +391,7 @@ class MatterBatch {
     points_.count = 0;
   }
 
-  /// Decides first which points are within the component: few octaves do.
+  /// First decides which points lie within the component, which takes few octaves.
   template <Squeezable Field, class Component>
   void add_squeezed(const Field& field, const Component& component, float* sums) {
     some_.count = points_.count;

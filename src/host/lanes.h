@@ -1,7 +1,7 @@
 /// \file
-/// Paths side by side: the walk of tyndall/transport, each stage of it a loop over many paths,
-/// which the compiler turns into SIMD. The text in the loops is the text of the plain passes, so
-/// the results are the same, bit for bit.
+/// Paths in SIMD lanes: the walk of tyndall/transport, with each stage as a loop over many paths
+/// that the compiler vectorises. The loops run the code of the plain passes, so the results are
+/// identical, bit for bit.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +12,8 @@
 
 namespace tyndall {
 
-/// Calls pass(index) for [begin, end). Walks: in a box with open sides. \param instruction_set see
-/// make_cpu_backend(). \throws Stopped
+/// Calls pass(index) for [begin, end). \pre for walks, the sides of the box are open
+/// \param instruction_set see make_cpu_backend(). \throws Stopped
 template <class Medium>
 void run_lanes(const ShootPass<Medium, SuperVoxel>& pass, std::uint64_t begin, std::uint64_t end,
                const Stop& stop = {}, const std::string& instruction_set = {});

@@ -1,7 +1,7 @@
 /// \file
-/// Packs lanes: what is to stay moves together, in order. The one thing that compilers do not make
-/// of a plain loop. Moves bits and computes nothing. For the stages alone, whose translation units
-/// say for which processor (everything is inlined).
+/// Packs lanes: moves the elements that stay together, in order. Compilers do not vectorise a plain
+/// loop that does this. It moves bits and computes nothing. Only the stages use it: their
+/// translation units set the instruction set, and everything is inlined.
 #pragma once
 
 #include <cstdint>
@@ -12,15 +12,15 @@
 
 namespace tyndall {
 
-/// Arrays of lanes end at a multiple of this: loops over whole registers need no remainder.
+/// Sizes of lane arrays are multiples of this, so loops over whole registers have no remainder.
 inline constexpr int widest_register = 16;
 
-/// \return `count` up to whole registers, in a way that tells compilers.
+/// \return `count` rounded up to whole registers, in a form that compilers recognise.
 inline int whole_registers(int count) {
   return (count + widest_register - 1) & ~(widest_register - 1);
 }
 
-/// Elements of 32 bits. They may move in place, or elsewhere.
+/// An array of 32-bit elements, packed in place or into another array.
 struct Column {
   const void* from;
   void* to;
@@ -31,8 +31,8 @@ struct Column {
 
 namespace TYNDALL_ISA {
 
-/// Moves the elements whose `stays` is not 0. Writes whole registers: what lies behind the last one
-/// that stays is lost. \return how many stay.
+/// Packs the elements whose `stays` is not 0. It writes whole registers, so elements after the last
+/// packed one are lost. \return the number of packed elements.
 template <class... Columns>
 [[gnu::always_inline]] inline int pack(const std::int32_t* stays, int count, Columns... columns) {
   int packed = 0;
@@ -60,7 +60,7 @@ template <class... Columns>
     const unsigned valid = count - m < 8 ? (1u << (count - m)) - 1u : 0xffu;
     const unsigned mask =
         ~static_cast<unsigned>(_mm256_movemask_ps(_mm256_castsi256_ps(goes))) & valid;
-    // The bytes of `order` say which lane each lane takes.
+    // Each byte of `order` is the source of a lane.
     const std::uint64_t bytes = _pdep_u64(mask, 0x0101010101010101u) * 0xffu;
     const std::uint64_t order = _pext_u64(0x0706050403020100u, bytes);
     const __m256i lanes = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128(static_cast<long long>(order)));

@@ -1,5 +1,5 @@
 /// \file
-/// Whether the account of a render adds up.
+/// Checks that the account of a render adds up.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace tyndall {
 
-/// What went in and where it ended, in photons or in units of one channel's power; modulo 2^64, as
-/// the numbers of a damaged part may be any.
+/// The input and the fates, in photons or in units of one channel's power. Sums are modulo 2^64,
+/// because a damaged part may hold any numbers.
 struct Balance {
   using Count = Ledger::Count;
   Count shot = 0, missed = 0, escaped = 0, absorbed = 0, rouletted = 0, stalled = 0;
@@ -20,16 +20,16 @@ struct Balance {
 Balance photon_balance(const Ledger& ledger);
 Balance power_balance(const Ledger& ledger, int channel);
 
-/// \return of both passes, modulo 2^64.
+/// \return the violations of both passes, modulo 2^64.
 Ledger::Count violations(const Audit& shoot, const Audit& gather);
 
-/// Every fate was counted where it happened; here they must add up to what was shot, and power must
-/// too. \throws Error(internal)
+/// Fates are counted where they happen. Checks that they add up to the photons shot, and their
+/// power to the power shot. \throws Error(internal)
 void close(const Ledger& ledger);
 
-/// \return of the power, what stalled.
+/// \return the fraction of the power that stalled.
 double stalled_share(const Ledger& ledger);
-/// Stalled photons are bias, and too many make the picture wrong. \throws Error(internal)
+/// Stalled photons bias the image; refuses a ledger with too many. \throws Error(internal)
 void refuse_stalled(const Ledger& ledger);
 
 /// \return the ledger with the components in the scene's order, not sorted as in the prepared

@@ -21,7 +21,7 @@
 namespace tyndall {
 namespace {
 
-/// One replicate's N of order 0, or the sum of all, as luminance: all groups together.
+/// Luminance of N of order 0, summed over the groups, for one replicate or for the sum of all.
 double luminance_of(const std::int64_t* words, const IlluminationCells& cells) {
   double sum = 0;
   for (int group = 0; group < cells.groups; ++group) {
@@ -32,9 +32,9 @@ double luminance_of(const std::int64_t* words, const IlluminationCells& cells) {
   return sum;
 }
 
-/// Adds up the neighbours of every cell as gathers do, which interpolate the light and the matter
-/// apart: over all points of a cell, an eighth of each neighbour's along each axis. What few matter
-/// there is in a cell at the rim, and the light that it met, are too few by themselves.
+/// Averages over the neighbours of each cell as gathering does, which interpolates numerator and
+/// denominator separately: averaged over a cell, each neighbour along an axis has weight 1/8.
+/// A single cell at the rim of the medium has too few samples of both.
 template <class T>
 std::vector<T> smoothed(const IlluminationCells& cells, std::vector<T> values) {
   const std::array<int, 3> size{cells.nx, cells.ny, cells.nz};
@@ -84,7 +84,7 @@ std::vector<float> relative_error(const Partial& part, const IlluminationCells& 
   return errors;
 }
 
-/// Gives cells of which nothing is known the mean of what is known of their neighbours.
+/// Sets each unknown cell to the mean of its known neighbours.
 void spread(std::vector<Vec3f>& values, std::vector<char> known, const std::array<int, 3>& size,
             int layers) {
   const auto [nx, ny, nz] = size;
@@ -113,8 +113,8 @@ void spread(std::vector<Vec3f>& values, std::vector<char> known, const std::arra
   }
 }
 
-/// The components' albedos by their extinctions at points of each cell. \param[out] known where
-/// there is matter at one of the points
+/// The mean albedo of each cell: the components' albedos, weighted by their extinctions at points
+/// of the cell. \param[out] known whether one of the points lies in the medium
 std::vector<Vec3f> mean_albedo(const PreparedScene& scene, std::vector<char>& known) {
   constexpr int points = 3;  // along each axis
   const IlluminationCells& cells = scene.cells;
@@ -162,7 +162,7 @@ const char* kind_of(const Light&) {
 float in_scattered(float mean, Vec3f slope, Vec3f w, float g) {
   const float steepness = length(slope);
   if (!(mean > 0.0f) || !(steepness > 0.0f)) return std::max(mean, 0.0f);
-  // No light is more parallel than a beam: rounding alone can say so.
+  // Light is at most as parallel as a beam; only rounding exceeds that.
   const float m = std::abs(g) * std::min(steepness / (3.0f * mean), 1.0f);
   const float cosine = (g < 0.0f ? -1.0f : 1.0f) * dot(w, slope) / steepness;
   const float narrow = 1.0f - m;
@@ -189,12 +189,12 @@ ResolvedScene scene_to_bake(const ResolvedScene& resolved, bool with_directions,
       multiple_only ? scene::SingleScattering::apart : scene::SingleScattering::grid;
   scene.illumination_order = with_directions ? 1 : 0;
   scene.illumination_resolution =
-      dense_illumination_resolution(scene, resolved.densities);  // of all the box
+      dense_illumination_resolution(scene, resolved.densities);  // of the whole box
   scene.detectors = {};
-  scene.samples = most_replicates;  // what tells the error
+  scene.samples = most_replicates;  // the error is their spread
   scene.camera.resolution = {1, 1};
   scene.camera.crop = {0, 0, 0, 0};
-  std::set<std::string> groups;  // that the scene names
+  std::set<std::string> groups;  // named by the scene
   for (const scene::Light& any : scene.lights)
     std::visit([&](const auto& light) { groups.insert(light.group); }, any);
   for (std::size_t i = 0; i < scene.lights.size(); ++i)
@@ -248,7 +248,7 @@ BakedLight bake(Renderer& renderer, const Scene& whole) {
   for (int g = 0; g < cells.groups; ++g) {
     BakedGroup group;
     if (!scene.groups.empty()) group.name = scene.groups[static_cast<std::size_t>(g)];
-    // N of harmonic `index` over D, times `scale`.
+    // N of harmonic `index`, divided by D, times `scale`.
     const auto moment = [&](int index, float scale) {
       std::vector<Vec3f> values(cells.count(), Vec3f{0, 0, 0});
       for (std::size_t cell = 0; cell < cells.count(); ++cell) {

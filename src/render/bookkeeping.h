@@ -1,5 +1,6 @@
 /// \file
-/// What is done of a render, what the backend has yet to hand over, and whose light it gathers by.
+/// The finished work of a render, the tallies that the backend still holds, and the replicate whose
+/// light it gathers.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +24,7 @@ namespace tyndall {
 
 class Bookkeeping {
  public:
-  /// \param options, scene live as long
+  /// \param options, scene must outlive this
   Bookkeeping(const RenderOptions& options, const PreparedScene& scene, Backend& backend)
       : options_(options), scene_(scene), backend_(backend) {}
 
@@ -37,7 +38,7 @@ class Bookkeeping {
     part_.replicates.resize(static_cast<std::size_t>(part_.frame.replicates));
   }
 
-  /// Forgets what is seen by one camera alone.
+  /// Discards the tallies that belong to one camera.
   void look(Frame frame) {
     part_.frame = std::move(frame);
     for (const measurement::Id id : measurement::ids) {
@@ -57,8 +58,9 @@ class Bookkeeping {
     held_by_backend_ = shown_ = -1;
   }
 
-  /// Has samples gathered anew whose replicate lacks photons, since a limit of time had left them
-  /// out; and so all other samples, because the film is of all. \throws Error(input_missing)
+  /// Discards the samples of replicates that lack photons (a time limit left them out), so that
+  /// they are gathered again. All other samples go too: the film is the sum of all of them.
+  /// \throws Error(input_missing)
   void forget_dim_samples() {
     for (int r = 0; r < part_.frame.replicates; ++r) {
       if (plan_.missing_photons(r).empty()) continue;
@@ -80,8 +82,8 @@ class Bookkeeping {
     }
   }
 
-  /// Makes the denominator of the light, once the scattering coefficient is measured.
-  /// \throws Error(input_missing) where it is not what samples have read
+  /// Computes the denominator of the light from the measured scattering coefficient.
+  /// \throws Error(input_missing) if earlier samples have read another one
   void read_denominator() {
     const std::vector<std::int64_t>& words = part_.measured[measurement::scattering].words;
     Hasher hasher;
@@ -101,12 +103,12 @@ class Bookkeeping {
     fresh_.pixels = 0;
   }
 
-  // What the backend has done since the last flush().
+  // Count the work of the backend since the last flush().
   void add_photons(IndexRange photons) { fresh_.photons.add(photons); }
   void add_pixels(std::uint64_t end) { fresh_.pixels = end; }
   void add_elements(measurement::Id id, std::uint64_t end) { fresh_.measured[id] = end; }
 
-  /// Takes the backend's tallies.
+  /// Adds the backend's tallies to the part.
   void flush() {
     if (is_abandoned_) return;
     for (const measurement::Id id : measurement::ids) {
@@ -132,10 +134,10 @@ class Bookkeeping {
       add_to(part_.slice.film, backend_.take_film());
     }
   }
-  /// Leaves the backend's tallies to it: those of a batch that was broken off are not whole.
+  /// Makes flush() do nothing: the tallies of an interrupted batch are incomplete.
   void abandon() { is_abandoned_ = true; }
 
-  /// Adds the slice to the picture. \pre all pixels have its samples
+  /// Adds the slice to the film. \pre all pixels have its samples
   void finish_slice() {
     flush();
     Slice slice = std::exchange(part_.slice, {});
@@ -149,12 +151,12 @@ class Bookkeeping {
     add_to(part_.film, std::move(slice.film));
   }
 
-  /// Whether samples of `r` can read the light of its photons, if it has any.
+  /// Whether samples of `r` can read its light; true if the render has no light grid.
   bool has_light(int r) const {
     return part_.frame.light_words == 0 || !part_.replicate(r).light.empty() || kept_.contains(r);
   }
-  /// \return the replicate with light of most photons, up to the current one; paths: that one; -1:
-  /// none
+  /// \return the replicate whose light has the most photons, up to the current one; -1: none. For
+  /// path tracing, the current one
   int lit_replicate() const {
     if (part_.frame.photons == 0) return current_;
     int lit = -1;
@@ -170,7 +172,7 @@ class Bookkeeping {
     return lit;
   }
 
-  /// Has the backend gather by the light of `r`.
+  /// Makes the backend gather the light of `r`.
   void illuminate(int r) {
     if (shown_ == r) return;
     shown_ = r;
@@ -185,11 +187,11 @@ class Bookkeeping {
     backend_.illuminate(numerator_, denominator_);
   }
 
-  /// Lets the light of the current replicate go where nothing will read it.
+  /// Frees the light of the current replicate if nothing will read it.
   void let_light_go() {
     Replicate& replicate = part_.replicate(current_);
     if (replicate.light.empty() || plan_.shoots_only() || !plan_.is_done(current_)) return;
-    // Whoever goes on from here may have to gather it anew: see forget_dim_samples().
+    // A render that resumes from here may have to gather it again: see forget_dim_samples().
     for (int r = 0; r < part_.frame.replicates; ++r)
       if (!part_.replicate(r).samples.empty() && !plan_.missing_photons(r).empty()) return;
     if (options_.keeps_light)
@@ -216,19 +218,19 @@ class Bookkeeping {
   const RenderOptions& options_;
   const PreparedScene& scene_;
   Backend& backend_;
-  Partial part_;  // what is flushed
+  Partial part_;  // the flushed work
   const Plan plan_{options_, part_};
   int current_ = 0;
   struct {
     Ranges photons;                               // not flushed
     std::uint64_t pixels = 0;                     // of the slice, flushed or not
-    measurement::Each<std::uint64_t> measured{};  // elements, in the same way
+    measurement::Each<std::uint64_t> measured{};  // elements, flushed or not
   } fresh_;
   bool is_abandoned_ = false;
   std::vector<float> numerator_, denominator_;
   std::map<int, std::vector<float>> kept_;  // numerators of replicates, for other cameras
-  int held_by_backend_ = -1;                // the replicate whose light, all of it, it gave last
-  int shown_ = -1;                          // the replicate by whose light the backend gathers
+  int held_by_backend_ = -1;                // replicate whose whole light the backend gave last
+  int shown_ = -1;                          // replicate whose light the backend gathers
 };
 
 }  // namespace tyndall

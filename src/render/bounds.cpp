@@ -53,7 +53,7 @@ struct BodyBounds {
     return square(u_x * s) + square(double{cloud.inverse_radii.y} * height) + square(u_z * s);
   }
 
-  /// sum d_i^2/8 sup|d_ii q|. Expects smooth.
+  /// sum d_i^2/8 sup|d_ii q|. \pre smooth
   double curvature(glm::dvec3 edge) const {
     const glm::dvec3 a(cloud.inverse_radii.x, cloud.inverse_radii.y, cloud.inverse_radii.z);
     const double along_y =
@@ -63,8 +63,8 @@ struct BodyBounds {
            / 8;
   }
 
-  /// Of (u s)^2 by the height: 2 (us)'^2 + 2 us (us)'', with s' = -growth s^2 and s'' = 2 growth^2
-  /// s^3.
+  /// Bounds the second derivative of (u s)^2 by the height: 2 (us)'^2 + 2 us (us)'', with
+  /// s' = -growth s^2 and s'' = 2 growth^2 s^3.
   double second(Bounds u_bounds, double slope) const {
     const double u = largest_magnitude(u_bounds), du = std::abs(slope),
                  ds = growth * s.upper * s.upper;
@@ -72,8 +72,8 @@ struct BodyBounds {
     return 2 * first * first + 2 * u * s.upper * (2 * du * ds + 2 * u * growth * s.upper * ds);
   }
 
-  /// Rounding of q at a point, beyond a share of q itself: where the axis leans, its place is
-  /// rounded, and X with it.
+  /// Rounding of q at a point, beyond a fraction of q itself: if the axis leans, its position is
+  /// rounded, and so is X.
   double leaning() const {
     const auto along = [&](Bounds u, double lean, double axis, double inverse_radius) {
       if (lean == 0.0) return 0.0;
@@ -88,10 +88,10 @@ struct BodyBounds {
   const NoiseCloud& cloud;
   Bounds height, s, u_x, u_z;
   double growth;
-  bool smooth;  ///< the radius does not reach its smallest within the region
+  bool smooth;  ///< the radius does not reach its minimum within the region
 };
 
-/// Column by column, so that the compiler makes SIMD lanes of them.
+/// The range of the sums. It loops over columns, so that the compiler vectorises it.
 Bounds range(const NoiseSamples& samples) {
   const std::vector<double>& sums = samples.sums();
   const int side = samples.side(), plane = side * side;
@@ -106,11 +106,11 @@ Bounds range(const NoiseSamples& samples) {
   return {*std::min_element(low.begin(), low.end()), *std::max_element(high.begin(), high.end())};
 }
 
-/// Bounds of noise sum plus shape over `r`, from samples at the corners of n x n x n boxes. On a
-/// box with edges d_i a C2 function exceeds its corners by at most sum d_i^2/8 sup|d_ii|; octaves
-/// too fine for that count with their whole amplitude.
+/// Bounds of the noise sum plus the shape over `r`, from samples at the corners of n x n x n boxes.
+/// A C2 function exceeds the corners of a box with edges d_i by at most sum d_i^2/8 sup|d_ii|.
+/// Octaves too fine for that count with their whole amplitude.
 Bounds shape_bounds(const NoiseCloud& f, const Region& r, int n) {
-  // The corners are rounded to doubles: the boxes are a little larger, and reach beyond r.
+  // The corners are rounded to doubles, so the boxes are slightly larger and extend beyond r.
   const glm::dvec3 rounding = 0x1p-48 * (glm::abs(r.center) + r.half);
   const glm::dvec3 half = r.half + rounding, step = 2.0 * half / static_cast<double>(n);
   const glm::dvec3 edge = step + 2.0 * rounding;
@@ -134,7 +134,7 @@ Bounds shape_bounds(const NoiseCloud& f, const Region& r, int n) {
 
 // ---- Voxels
 
-/// Of all densities that `remap` makes of values in `values`, its rounding included.
+/// Bounds of the densities that `remap` returns for `values`, including its rounding.
 Bounds remapped(const Remap& remap, Bounds values) {
   const bool moves = remap.scale != 1.0f || remap.offset != 0.0f;
   const Bounds scaled = double{remap.scale} * values;
@@ -152,7 +152,7 @@ Bounds remapped(const Remap& remap, Bounds values) {
   return density;
 }
 
-/// What single precision may add to or take from a position, in voxels.
+/// The rounding error of a position in single precision, in voxels.
 double position_rounding(double x) { return 2 * half_ulp * std::abs(x) + 1e-6; }
 
 double clamp_to_reach(double x) {
@@ -160,12 +160,11 @@ double clamp_to_reach(double x) {
 }
 
 struct Voxels {
-  glm::ivec3 low, high;  ///< both belong to it
+  glm::ivec3 low, high;  ///< both inclusive
 };
 
-/// The values of all voxels of a box, from the extremes of the nodes within it: the effort grows
-/// with its surface, not with its volume, and where there are no nodes there is none.
-/// Of colours: of all channels together.
+/// The range of the voxels of a box, over all channels of colours. It uses the extremes of whole
+/// nodes: the cost grows with the box's surface, not with its volume, and empty regions are free.
 template <class Grid>
 class VoxelRange {
  public:
@@ -256,7 +255,7 @@ class VoxelRange {
       return Value(0.0f);
     });
   }
-  /// Nothing below could change the range.
+  /// Whether the range already includes `v`, so that nothing below a node can change it.
   bool is_known(float v) const { return v >= low_ && v <= high_; }
   bool is_known(const nanovdb::Vec3f& v) const {
     return is_known(v[0]) && is_known(v[1]) && is_known(v[2]);
@@ -284,7 +283,7 @@ class VoxelRange {
   double low_ = 1e300, high_ = -1e300;
 };
 
-/// Of all values between voxels.
+/// Bounds of the values interpolated between voxels in `region`.
 template <class Grid>
 Bounds value_bounds(const Grid& grid, const Region& region) {
   const auto voxel = [&](double x, int side) {
@@ -311,7 +310,8 @@ Bounds density_bounds(const Solid& field, const Region& region) {
   const double distance = field.signed_distance({static_cast<float>(region.center.x),
                                                  static_cast<float>(region.center.y),
                                                  static_cast<float>(region.center.z)});
-  // The distance changes by no more than the way: the whole box is on the side of its centre.
+  // The signed distance changes by at most the distance moved: a box far enough from the surface
+  // lies on one side.
   const double away = glm::length(region.half);
   const double scale = glm::length(region.center) + away + length(field.center) + length(field.half)
                        + field.radius + field.ring;
@@ -326,7 +326,7 @@ Bounds density_bounds(const NoiseCloud& field, const Region& anywhere) {
   const glm::dvec3 low = on_lattice(anywhere.center - anywhere.half),
                    high = on_lattice(anywhere.center + anywhere.half);
   const Region region{0.5 * (low + high), 0.5 * (high - low)};
-  // Boxes of the size of the 8th octave's cells; but few samples decide the regions far from the
+  // Boxes of the size of the 8th octave's cells. Try few samples first: they suffice far from the
   // surface.
   const double finest = 2.0 * std::max({region.half.x, region.half.y, region.half.z})
                         * std::ldexp(1.0, std::min(field.octaves, 8));
@@ -349,10 +349,10 @@ Bounds density_bounds(const DenseGrid& field, const Region& region) {
   if (outside) return {0, 0};
   const bool inside =
       low.x >= 0 && low.y >= 0 && low.z >= 0 && high.x <= 1 && high.y <= 1 && high.z <= 1;
-  // Voxels whose values a look-up within the box may read: an interpolation reads half a voxel
-  // beyond it on either side.
+  // The voxels that a look-up within the box may read: interpolation reads half a voxel beyond it
+  // on either side.
   const auto voxel = [&](double x, int n, int side) {
-    const double rounded = 1e-5 * n;  // float rounding of x n, generously
+    const double rounded = 1e-5 * n;  // generous bound of the float rounding of x n
     const double beyond = rounded + (field.nearest ? 0.0 : 0.5);
     return std::clamp(
         static_cast<int>(std::floor(std::clamp(x * n + side * beyond, -1.0, n + 1.0))), 0, n - 1);

@@ -14,8 +14,8 @@
 namespace tyndall {
 namespace {
 
-/// Bricks with matter, by halving the box as long as a part of it has any: the effort grows with
-/// what is there, not with the box. In the order of their places.
+/// The non-empty bricks in the order of their places. The box is halved as long as a part of it is
+/// non-empty, so the cost grows with the medium, not with the box.
 std::vector<std::uint64_t> bricks_with_matter(const std::vector<Component<AnyField>>& components,
                                               const Box& box, const std::array<int, 3>& n,
                                               int threads, const Stop& stop) {
@@ -23,7 +23,7 @@ std::vector<std::uint64_t> bricks_with_matter(const std::vector<Component<AnyFie
       bricks = (cells + CellBricks::edge - 1) / CellBricks::edge;
   const glm::dvec3 extent = to_dvec3(box.extent), cell = extent / glm::dvec3(cells);
   const auto has_matter = [&](glm::ivec3 at, int edge) {  // in units of bricks
-    // A position's cell is rounded: it may be a neighbour's.
+    // The cell of a position is rounded and may be a neighbour.
     const glm::dvec3 rounding = 1e-3 + 4e-7 * glm::dvec3(cells);
     const glm::dvec3 low = double{CellBricks::edge} * glm::dvec3(at) - rounding,
                      high = double{CellBricks::edge} * glm::dvec3(at + edge) + rounding;
@@ -66,7 +66,7 @@ glm::ivec3 at(std::uint64_t place) {
           CellBricks::coordinate(place, 2)};
 }
 
-/// Bricks, and the box that holds them.
+/// Bricks and their bounding box.
 struct Heap {
   std::vector<glm::ivec3> bricks;
   glm::ivec3 low{1 << 30}, high{0};
@@ -81,7 +81,7 @@ struct Heap {
   }
 };
 
-/// The best cut of a heap in two across an axis. \return the surface that is saved
+/// Cuts a heap in two across the best axis. \return the surface saved
 double cut(const Heap& heap, const glm::dvec3& size, Heap& first, Heap& second) {
   double best = heap.surface(size);
   const double whole = best;
@@ -145,7 +145,7 @@ void store_bricks(const Box& box, std::array<int, 3>& n, int threads, const Stop
 std::vector<Clump> find_clumps(const PreparedScene& scene, const Box& box,
                                const std::array<int, 3>& n) {
   constexpr std::size_t most = 16;
-  constexpr double worth = 0.1;  // of a box's surface: a cut that saves less is none
+  constexpr double worth = 0.1;  // fraction of a box's surface that a cut has to save
   const glm::dvec3 extent = to_dvec3(box.extent), cell = extent / glm::dvec3(n[0], n[1], n[2]),
                    size = double{CellBricks::edge} * cell;
   std::vector<Heap> heaps(1);

@@ -1,5 +1,5 @@
 /// \file
-/// What is stored of a medium that is nearly empty.
+/// Sparse storage of a nearly empty medium.
 #pragma once
 
 #include <array>
@@ -8,13 +8,13 @@
 
 namespace tyndall {
 
-/// Stores the cells of a grid of n cells over the box that lie in bricks with matter, of which
-/// `out` keeps the table. Where they were too many, `n` is halved until they are not.
-/// \pre out.components are there \throws Stopped
+/// Lists the non-empty bricks of a grid of n cells over the box in the table of `out`; only their
+/// cells are stored. `n` is halved until they are few enough.
+/// \pre out.components are set \throws Stopped
 void store_bricks(const Box& box, std::array<int, 3>& n, int threads, const Stop& stop,
                   PreparedScene& out);
 
-/// The matter in these bricks as a few boxes, with as small a surface as a greedy choice finds.
+/// A few boxes that hold all bricks. A greedy search minimises their surface.
 std::vector<Clump> find_clumps(const PreparedScene& scene, const Box& box,
                                const std::array<int, 3>& n);
 

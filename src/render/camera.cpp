@@ -24,7 +24,7 @@ Pose pose(const scene::Camera& c) {
 }
 
 double half_tangent(const scene::Camera& c) {
-  constexpr double most = 1e7;  // next to 180 degrees the directions would be no numbers
+  constexpr double most = 1e7;  // near 180 degrees the directions would be infinite or NaN
   if (c.focal_length > 0) return std::min(0.5 * c.film_width / c.focal_length, most);
   const SinCos half = sin_cos_turn(static_cast<float>(c.fov / 720.0));
   return double{half.sin} / std::max(double{half.cos}, 1 / most);
@@ -43,22 +43,22 @@ CropWindow window(const scene::Camera& c) {
 
 namespace {
 
-/// \param x in [0, 1], share of the radius
+/// \param x in [0, 1], fraction of the radius
 double weight(scene::Filter filter, double x) {
   if (filter == scene::Filter::gaussian) return double{exp(static_cast<float>(-4.5 * x * x))};
-  // The cosines of 2 and 3 times the angle are polynomials of its own.
+  // The cosines of 2 and 3 times the angle are polynomials of its cosine.
   const double c = double{sin_cos_turn(static_cast<float>(0.5 * x)).cos};
   return 0.35875 + 0.48829 * c + 0.14128 * (2 * c * c - 1) + 0.01168 * (4 * c * c - 3) * c;
 }
 
-/// See PixelFilter. Linear between 1025 quantiles the distribution is off by less than 5e-4.
+/// See PixelFilter. With 1025 quantiles, linear interpolation is off by less than 5e-4.
 std::vector<float> quantiles_of(scene::Filter filter, double radius) {
   if (radius == 0) radius = filter == scene::Filter::box ? 0.5 : 1.5;
   const auto at = [&](double x) { return static_cast<float>(0.5 + radius * x); };
   if (filter == scene::Filter::box) return {at(-1), at(1)};
 
   constexpr int steps = 1 << 14, half = 512;
-  std::vector<double> sums{0};  // of the weight from the middle on, by the trapezoidal rule
+  std::vector<double> sums{0};  // integral of the weight from the middle, by the trapezoidal rule
   for (int i = 1; i <= steps; ++i) {
     const double low = weight(filter, (i - 1.0) / steps),
                  high = weight(filter, double{1} * i / steps);
@@ -79,24 +79,24 @@ std::vector<float> quantiles_of(scene::Filter filter, double radius) {
 
 // ---- Distant cameras
 
-/// In diagonals of the medium's box: from there on a camera is distant. Nearer ones round their
-/// rays' origins by less than 2^-16 diagonals.
+/// A camera at this distance or beyond is distant, in diagonals of the medium's box. Nearer cameras
+/// round the origins of their rays by less than 2^-16 diagonals.
 constexpr double far_away = 128;
 constexpr double never = std::numeric_limits<double>::infinity();
 
-/// What line_of() needs of a camera, in local space and double.
+/// The camera parameters of line_of(), in local space and double precision.
 struct View {
   Camera::Kind kind = Camera::Kind::perspective;
   glm::dvec3 position{0}, forward{0}, right{0}, up{0}, lens_x{0}, lens_y{0};
   double inverse_focus = 0;
 };
 
-/// A ray, at position + z * along: z is the depth of perspective and orthographic views.
+/// The ray position + z * along; z is the depth of perspective and orthographic views.
 struct Line {
   glm::dvec3 position, along;
 };
 
-/// \param x, y from -1 to 1 across the picture, y upwards
+/// \param x, y from -1 to 1 across the image, y upwards
 Line line_of(const View& view, double x, double y, glm::dvec3 offset_on_lens = glm::dvec3(0)) {
   const glm::dvec3 across = x * view.right + y * view.up;
   if (view.kind == Camera::Kind::orthographic) return {view.position + across, view.forward};
@@ -110,12 +110,12 @@ struct Sides {
   std::array<bool, 3> is_periodic;
 
   bool any_periodic() const { return is_periodic[0] || is_periodic[1] || is_periodic[2]; }
-  /// \return the way from `x` to between the sides across an axis, with its sign.
+  /// \return the signed distance from `x` to the slab between the sides across an axis; 0 inside.
   double way_to(int axis, double x) const {
     if (is_periodic[static_cast<std::size_t>(axis)]) return 0;
     return x < 0 ? -x : std::min(extent[axis] - x, 0.0);
   }
-  /// \return the least z >= 0 at which a line is between the sides across an axis; or never
+  /// \return the least z >= 0 at which a line is between the sides across an axis, or `never`
   double entry(int axis, const Line& line) const {
     const double way = way_to(axis, line.position[axis]), speed = line.along[axis];
     if (way == 0) return 0;
@@ -123,7 +123,7 @@ struct Sides {
   }
 };
 
-/// Where the samples of a window lie, as x and y of line_of().
+/// The range of the samples of a window, as x and y of line_of().
 struct Part {
   double left, right, bottom, top;
 };
@@ -137,7 +137,7 @@ Part part_of(const Camera& camera) {
           1 - 2 * (w.top + before) / w.whole_height};
 }
 
-/// \return z before which no ray is within the medium (spherical: the distance); never: none is.
+/// \return a z before which no ray is in the medium (spherical: a distance), or `never`.
 double first_entry(const View& view, const Sides& sides, const Part& part) {
   if (view.kind == Camera::Kind::spherical) {
     glm::dvec3 way;
@@ -152,8 +152,8 @@ double first_entry(const View& view, const Sides& sides, const Part& part) {
     }
     return least;
   }
-  // A layer is wherever one looks. Across each axis it is entered first at a corner of the picture
-  // and of the lens.
+  // A layer extends everywhere. Across each axis, the first ray to enter it starts at a corner of
+  // the image and of the lens.
   double first = 0;
   for (int axis = 0; axis < 3; ++axis) {
     double least = never;
@@ -180,7 +180,7 @@ void bring_near(Camera& camera, View view, const Sides& sides) {
   glm::dvec3 target =
       is_spherical ? glm::clamp(view.position, glm::dvec3(0), sides.extent) : 0.5 * sides.extent;
   if (sides.any_periodic()) {
-    // All periods are alike: the one that is seen in the middle becomes the first.
+    // All periods are identical: move the one in the middle of the image to the origin.
     const Line middle = is_spherical ? Line{view.position, glm::dvec3(0)}
                                      : line_of(view, 0.5 * (part.left + part.right),
                                                0.5 * (part.bottom + part.top));
@@ -197,7 +197,7 @@ void bring_near(Camera& camera, View view, const Sides& sides) {
   }
   const glm::dvec3 way = target - view.position;
   const double first = first_entry(view, sides, part) - 1e-3 * diagonal;
-  // Views along the plane across them would begin far from the medium again.
+  // A view along the layer would start far from the medium again.
   if (!(first > far_away * diagonal) || first == never || first < 1e-3 * glm::length(way)) return;
 
   camera.is_far = true;
@@ -206,7 +206,7 @@ void bring_near(Camera& camera, View view, const Sides& sides) {
   far.blur = static_cast<float>(1 - first * view.inverse_focus);
   const double columns = camera.window.whole_width, rows = camera.window.whole_height;
   const glm::dvec3 toward = glm::normalize(way);
-  double column = 0, row = 0;  // where the target is seen [pixel]
+  double column = 0, row = 0;  // image position of the target [pixel]
   if (is_spherical) {
     const auto along = [&](glm::dvec3 axis) { return static_cast<float>(glm::dot(toward, axis)); };
     const float x = -along(view.forward), y = -along(view.right);
@@ -216,7 +216,7 @@ void bring_near(Camera& camera, View view, const Sides& sides) {
     const double depth = view.kind == Camera::Kind::perspective ? glm::dot(way, view.forward) : 1.0;
     const double x = glm::dot(way, view.right) / (depth * glm::dot(view.right, view.right)),
                  y = glm::dot(way, view.up) / (depth * glm::dot(view.up, view.up));
-    // Further beside the picture it does not matter where.
+    // The exact position does not matter farther outside the image.
     constexpr double most = 1 << 22;
     column = std::clamp(0.5 * (1 + x) * columns, -most, most);
     row = std::clamp(0.5 * (1 - y) * rows, -most, most);
@@ -292,12 +292,12 @@ Camera prepare_camera(const Scene& scene, std::vector<float>& filter_quantiles) 
 
 namespace {
 
-/// Twice the area of the triangle, above 0 where it turns left.
+/// Twice the area of the triangle, positive if it turns left.
 double turn(glm::dvec2 a, glm::dvec2 b, glm::dvec2 c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-/// Their convex hull, turning left.
+/// The convex hull of the points, in the order of left turns.
 std::vector<glm::dvec2> hull_of(std::vector<glm::dvec2> points) {
   std::sort(points.begin(), points.end(),
             [](glm::dvec2 a, glm::dvec2 b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
@@ -315,18 +315,18 @@ std::vector<glm::dvec2> hull_of(std::vector<glm::dvec2> points) {
   return hull;
 }
 
-/// The corners of the box in the picture [pixel of the whole one]; empty where one is not in front.
+/// The corners of the box in the whole image [pixel]; empty if one is not in front of the camera.
 std::vector<glm::dvec2> project(const Camera& camera, const Box& box) {
   const glm::dvec3 right = to_dvec3(camera.right), up = to_dvec3(camera.up);
   const FarView& far = camera.far_view;
-  // Counted from a point in the picture that is `before` deep: the middle, at the camera, or that
-  // of a distant one.
+  // Positions are relative to `from`, at depth `before` and image position (x0, y0): the camera, or
+  // the point of a distant camera's view.
   const CropWindow& w = camera.window;
   const glm::dvec3 from = to_dvec3(camera.is_far ? far.point : camera.position);
   const double before = camera.is_far ? double{far.distance} : 0;
   const double x0 = camera.is_far ? 2 * (far.column + double{far.x}) / w.whole_width - 1 : 0,
                y0 = camera.is_far ? 1 - 2 * (far.row + double{far.y}) / w.whole_height : 0;
-  const double margin = 1e-5;  // of the box: roundings of rays that graze it
+  const double margin = 1e-5;  // fraction of the box, for the rounding of rays that graze it
   std::vector<glm::dvec2> points;
   for (int corner = 0; corner < 8; ++corner) {
     const auto along = [&](int axis, float extent) {
@@ -360,7 +360,7 @@ std::vector<std::uint32_t> pixels_that_meet(const Camera& camera, const Box& box
                high = double{camera.filter.quantiles[camera.filter.intervals]} + margin;
   const auto meets = [&](int column, int row) {
     const glm::dvec2 a(column + low, row + low), b(column + high, row + high);
-    // Apart along an axis of the pixel, or beyond an edge of the hull.
+    // Separating axes: those of the pixel, and the edges of the hull.
     const auto beyond = [&](auto&& side) { return std::all_of(hull.begin(), hull.end(), side); };
     if (beyond([&](glm::dvec2 p) { return p.x < a.x; })
         || beyond([&](glm::dvec2 p) { return p.x > b.x; })

@@ -34,7 +34,7 @@ class CombinedBackend final : public Backend {
 
   void load(const PreparedScene& scene, const Stop& stop, const Stop& pause) override {
     pause_ = pause;
-    // One that fails ends the work of all.
+    // If one backend fails, all stop.
     const Stop any = [this, stop] { return has_failed_ || (stop && stop()); };
     each([&](std::size_t b) { backends_[b]->load(scene, any); });
   }
@@ -76,7 +76,7 @@ class CombinedBackend final : public Backend {
   }
 
  private:
-  /// Calls work(b) for all backends at the same time, each on a thread of its own.
+  /// Calls work(b) for all backends concurrently, each on its own thread.
   template <class Work>
   void each(const Work& work) {
     std::exception_ptr failure;
@@ -87,7 +87,7 @@ class CombinedBackend final : public Backend {
         work(b);
       } catch (...) {
         const std::lock_guard lock(mutex);
-        if (!failure) failure = std::current_exception();  // later ones follow from it
+        if (!failure) failure = std::current_exception();  // later ones result from it
         has_failed_ = true;
       }
     };
@@ -99,8 +99,8 @@ class CombinedBackend final : public Backend {
     if (failure) std::rethrow_exception(failure);
   }
 
-  /// Chunks of `range` to whoever is free, in order. \param weight walks of an index \return the
-  /// end of those that are done.
+  /// Deals chunks of `range`, in order, to idle backends. \param weight walks per index \return the
+  /// end of the work done.
   template <class Work>
   std::uint64_t deal(IndexRange range, const Work& work, std::uint64_t weight = 1) {
     const std::uint64_t count = range.end - range.begin;
@@ -119,7 +119,7 @@ class CombinedBackend final : public Backend {
     });
     return range.begin + std::min(dealt.load(), count);
   }
-  static constexpr std::uint64_t chunks_each = 4;  // the slowest keeps all waiting for one of its
+  static constexpr std::uint64_t chunks_each = 4;  // all wait for the slowest's last chunk
 
   std::uint64_t least_walks() const { return std::min(backends_[0]->first_batch(), least_chunk); }
 

@@ -12,7 +12,7 @@
 namespace tyndall {
 namespace {
 
-/// The picture of a part.
+/// Computes the picture of a part.
 class Development {
  public:
   explicit Development(const Partial& part) : part_(part), pixels_(part.film.pixels) {
@@ -75,7 +75,7 @@ class Development {
     return static_cast<float>(static_cast<double>(sum) * scale());
   }
 
-  /// Of the mean of R replicates with n_r samples, whose sums are S_r:
+  /// The variance of the mean of R replicates with n_r samples, whose sums are S_r:
   /// R / (R - 1) sum (S_r - n_r S / n)^2 / n^2.
   float variance(std::size_t i, std::size_t c) const {
     const double mean = static_cast<double>(pixels_[i].sum[c]) / samples_;
@@ -91,7 +91,7 @@ class Development {
 
   const Partial& part_;
   const std::vector<PixelTally>& pixels_;
-  double samples_ = 0;  // of a pixel
+  double samples_ = 0;  // per pixel
   int replicates_ = 0;
 };
 

@@ -31,28 +31,28 @@ enum class Order : std::uint64_t {
   illuminate,
 };
 
-/// What rank 0 tells the others to do.
+/// A command of rank 0 to the others.
 struct Command {
   Order order = Order::quit;
   IndexRange range{0, 0};
   SampleRange samples{};
   std::uint64_t first_ticket = 0, chunk = 1;  ///< of `range`
-  std::uint64_t sizes[2] = {};                ///< of what illuminate() takes
+  std::uint64_t sizes[2] = {};                ///< of the arguments of illuminate()
   measurement::Id measurement{};
 };
 
-/// One rank's part of every command. Work is dealt out by tickets, one for each chunk of a range;
-/// they go on counting from one range to the next, so that nobody has to wait for the last of a
-/// range: whoever draws a ticket of the next one keeps it until then.
+/// One rank's part of every command. A ticket stands for a chunk of a range. Tickets are numbered
+/// across ranges, so no rank waits for the end of a range: a rank that draws a ticket of the next
+/// range keeps it until then.
 class Rank {
  public:
   Rank(Backend& local, Communicator& ranks, Traffic* traffic)
       : local_(local), ranks_(ranks), traffic_(traffic) {}
 
-  /// \return at rank 0: how many ranks read another scene.
+  /// \return on rank 0, how many ranks read another scene.
   std::int64_t load(const PreparedScene& scene, const Stop& stop) {
     local_.load(scene, stop);
-    // A file that differs from machine to machine would be mixed into one picture.
+    // Otherwise a file that differs between machines would mix two scenes in one image.
     std::uint64_t first = scene.hash;
     ranks_.broadcast(&first, sizeof first);
     std::int64_t others = first != scene.hash;
@@ -131,7 +131,7 @@ class Rank {
   Communicator& ranks_;
   Traffic* const traffic_;
   std::uint64_t ticket_ = 0;
-  bool has_ticket_ = false;  // of a range to come
+  bool has_ticket_ = false;  // of a later range
 };
 
 class DistributedBackend final : public Backend {
@@ -198,8 +198,8 @@ class DistributedBackend final : public Backend {
   }
 
  private:
-  /// What all ranks do together, rank 0 while this lives. Where it throws there, the others wait
-  /// for it and would take no order to quit: whoever catches that has to abort().
+  /// Runs a step on all ranks; rank 0 takes part while this lives. If rank 0 throws within it, the
+  /// others wait for it and receive no order to quit: the caller that catches has to abort().
   class Step {
    public:
     Step(DistributedBackend& backend, const Command& command)
@@ -223,7 +223,7 @@ class DistributedBackend final : public Backend {
     return rank_.load(scene, stop);
   }
 
-  /// All of it: nobody tells the others to pause.
+  /// Does the whole range: the other ranks cannot be paused.
   std::uint64_t work(Command command) {
     const IndexRange& range = command.range;
     if (range.begin >= range.end) return range.end;
@@ -245,8 +245,8 @@ class DistributedBackend final : public Backend {
                                * std::min(rank_.local().first_batch(), least_chunk);
   double batch_seconds_ = rank_.local().batch_seconds();
   std::uint64_t next_ticket_ = 0;
-  bool is_amid_ = false;                        // a step, or broken off in one
-  std::vector<float> numerator_, denominator_;  // which the local backend reads
+  bool is_amid_ = false;                        // in a step, or interrupted in one
+  std::vector<float> numerator_, denominator_;  // read by the local backend
 };
 
 }  // namespace

@@ -15,8 +15,8 @@
 namespace tyndall {
 namespace {
 
-/// The CIE 1931 colour matching functions [CIE1931] from 360 nm on, every 10 nm: with these steps
-/// the radiance of black bodies is within 1e-3 of that with steps of 1 nm.
+/// The CIE 1931 colour matching functions [CIE1931] from 360 nm, every 10 nm. With these steps the
+/// radiance of black bodies is within 1e-3 of the result with 1 nm steps.
 constexpr double first_wavelength = 360e-9, wavelength_step = 10e-9;
 constexpr double matching[][3] = {{0.0001299, 3.917e-06, 0.0006061},
                                   {0.0004149, 1.239e-05, 0.001946},
@@ -92,12 +92,12 @@ std::vector<float> tabulate_blackbody() {
       x += eye[0] * radiance, y += eye[1] * radiance, z += eye[2] * radiance;
       wavelength += wavelength_step;
     }
-    // Rec. 709 [ITU709]; what is out of its gamut (below 1900 K) has no blue.
+    // Rec. 709 [ITU709]. Colours outside its gamut (below 1900 K) have no blue.
     const double rgb[3] = {3.2404542 * x - 1.5371385 * y - 0.4985314 * z,
                            -0.9692660 * x + 1.8760108 * y + 0.0415560 * z,
                            0.0556434 * x - 0.2040259 * y + 1.0572252 * z};
     for (int c = 0; c < 3; ++c) {
-      // Never falling with the temperature, so that the hottest place bounds the others.
+      // Monotonic in the temperature, so that the hottest point is a bound.
       last[c] = i == 0 ? 0.0f : std::max(last[c], static_cast<float>(rgb[c]));
       table.push_back(last[c]);
     }
@@ -105,7 +105,7 @@ std::vector<float> tabulate_blackbody() {
   return table;
 }
 
-/// \return nothing of fields that have none.
+/// \return the remap of a field, or null if it has none.
 const scene::Remap* remap_of(const scene::Field& field) {
   if (const auto* grid = std::get_if<scene::DenseGrid>(&field)) return &grid->remap;
   if (const auto* grid = std::get_if<scene::SparseGrid>(&field)) return &grid->remap;
@@ -157,7 +157,7 @@ PreparedEmission prepare_emission(const std::vector<Component<AnyField>>& compon
   double sum = 0;
   for (const double m : most) sum += m;
   if (!(sum > 0)) return out;
-  // Rounded up, so that a weight stands for no less than the cell's bound.
+  // Weights are rounded up, so that each is at least the cell's bound.
   const double unit = sum / 0x1p31;
   std::uint64_t total = 0;
   for (const double m : most) {
@@ -174,10 +174,10 @@ PreparedEmission prepare_emission(const std::vector<Component<AnyField>>& compon
 
 std::string why_dark(const Component<AnyField>& component, const scene::Component& from,
                      double power, double hottest) {
-  if (component.extinction == 0) return "";  // which check() says
+  if (component.extinction == 0) return "";  // check() reports it
   const Emission& emission = *component.emission;
   if (const auto* body = std::get_if<scene::BlackbodyEmission>(&from.emission)) {
-    // Below, what the eye sees of a black body is less than 1e-9 W/(m^2 sr).
+    // Below this temperature, the visible radiance of a black body is under 1e-9 W/(m^2 sr).
     constexpr double visible = 700, fire = 2000;
     if (body->intensity == 0) return "its intensity is 0";
     const double anywhere = largest_density(emission.field);
@@ -207,7 +207,7 @@ std::string why_dark(const Component<AnyField>& component, const scene::Componen
     }
   }
   if (power > 0) return "";
-  if (!(largest(emission.factor) > 0)) return "";  // which check() says
+  if (!(largest(emission.factor) > 0)) return "";  // check() reports it
   if (!(largest_density(component.field) > 0))
     return "the component holds no matter that could shine";
   if (emission.kind != Emission::Kind::color && !(largest_density(emission.field) > 0))

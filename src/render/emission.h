@@ -10,28 +10,28 @@
 
 namespace tyndall {
 
-/// The table of BlackbodyTable: Planck's law seen by the CIE 1931 observer.
+/// The data of BlackbodyTable: Planck's law weighted by the CIE 1931 observer.
 const std::vector<float>& blackbody_table();
 
-/// A component as an emitter.
+/// A component prepared as an emitter.
 struct PreparedEmission {
   Emitter emitter;                  ///< its cells point to `ends`
   std::vector<std::uint32_t> ends;  ///< see EmissionCells
-  double power = 0;                 ///< [W] of all photons together that the bounds stand for
-  double hottest = 0;  ///< of black bodies [K]: no less than the largest temperature in the medium
+  double power = 0;                 ///< [W] total of the photons that the bounds stand for
+  double hottest = 0;  ///< of black bodies [K]: at least the largest temperature in the medium
 };
 
-/// \return the emitter of component `c`; of power 0 where it emits nothing. \throws Stopped
+/// \return the emitter of component `c`, with power 0 if it emits nothing. \throws Stopped
 PreparedEmission prepare_emission(const std::vector<Component<AnyField>>& components, std::size_t c,
                                   const Box& box, const MajorantTables& bounds, int threads,
                                   const Stop& stop);
 
-/// Why a component that has an emission emits nothing, and the remedy; empty where it emits.
-/// \param power of all its photons \param hottest [K] in the medium
+/// Why a component with an emission emits nothing, and the remedy; empty if it emits.
+/// \param power [W] of all its photons \param hottest [K] in the medium
 std::string why_dark(const Component<AnyField>& component, const scene::Component& from,
                      double power, double hottest);
 
-/// No less than any density of the field; cheap.
+/// A cheap upper bound of the field's density.
 double largest_density(const AnyField& field);
 
 }  // namespace tyndall

@@ -1,5 +1,5 @@
 /// \file
-/// What the walks read of the fields of a scene.
+/// Views of a scene's fields, which the walks read.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -9,8 +9,8 @@
 
 namespace tyndall {
 
-// view(): \param origin of the view's field space, in the scene's: 0 but for solids.
-// finest_feature(): edge of the finest feature, in units of the view: what ray marching resolves.
+// view(): \param origin of the view's field space, in the scene's: 0 except for solids.
+// finest_feature(): edge of the finest feature that ray marching resolves, in units of the view.
 #define TYN_VIEW(Field, name)                                      \
   Field view(const scene::Field& field, const glm::dvec3& origin); \
   double finest_feature(const scene::Field& field);

@@ -3,7 +3,7 @@
 namespace tyndall {
 namespace {
 
-/// [W] that enters a box; of a sun, what its centre alone would send.
+/// Power [W] that enters a box, with all light of a sun coming from its centre.
 glm::dvec3 power_into(const Box& box, const scene::DirectionalLight& light) {
   const Vec3f areas = lit_areas(box, to_vec3f(glm::normalize(light.direction)));
   return double{areas.x + areas.y + areas.z} * light.irradiance;

@@ -6,11 +6,11 @@
 namespace tyndall {
 namespace {
 
-/// The table of weights of `image`: see ImageEnvironment. Empty where it is black.
+/// The table of weights of `image`, see ImageEnvironment. Empty if the image is black.
 std::vector<std::uint32_t> tabulate(const Image& image, lights::ImageEnvironment& out,
                                     const Stop& stop) {
   const int width = image.width(), height = image.height();
-  // The largest sine that the tent of a texel reaches: it ends at the centres of the next rows.
+  // The largest sine within the tent of a texel, which ends at the centres of the next rows.
   std::vector<double> sines;
   for (int j = 0; j < height; ++j) {
     const double low = std::max((j - 0.5) / height, 0.0), high = std::min((j + 1.5) / height, 1.0);
@@ -31,7 +31,7 @@ std::vector<std::uint32_t> tabulate(const Image& image, lights::ImageEnvironment
   each([&](double bound) { total += bound; });
   if (!(total > 0)) return {};
   const auto texels = static_cast<double>(image.texels().size());
-  // Weights are rounded upwards, and their sum stays below 2^32.
+  // Weights are rounded up; their sum stays below 2^32.
   const double unit = std::max(total * margin / (4294967295.0 - 2 * texels), 1e-30);
   std::vector<std::uint32_t> ends;
   ends.reserve(image.texels().size());

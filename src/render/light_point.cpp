@@ -23,7 +23,7 @@ PreparedLight prepare_light(const scene::PointLight& light, const Target& target
   point.position = to_vec3f(position);
   point.cone = target.aim(position, cone);
   point.is_far = cone.height < 2;
-  if (!point.is_far) point.cone.axis = {0, 0, 1};  // any would do; recorded pictures have this one
+  if (!point.is_far) point.cone.axis = {0, 0, 1};  // arbitrary, but recorded results use this one
   const glm::dvec3 intensity = light.power / (4 * double{pi});
   point.intensity = to_vec3f(intensity);
   const double fraction = 0.5 * cone.height;
@@ -43,7 +43,7 @@ PreparedLight prepare_light(const scene::SpotLight& light, const Target& target)
   const double outer = cap_height(0.5 * light.angle), inner = fade_start(light);
   const Cone about_target = target.cone_from(position, 0);
   const glm::dvec3 power = solid_angle(light) * light.intensity;
-  if (about_target.nearest_cosine(axis) <= 1 - outer) {  // it shines past the medium
+  if (about_target.nearest_cosine(axis) <= 1 - outer) {  // the cone misses the medium
     out.unshot_power = power;
     if (largest(light.intensity) > 0)
       out.why_unshot = fmt::format(
@@ -66,7 +66,7 @@ PreparedLight prepare_light(const scene::SpotLight& light, const Target& target)
         cone.solid_angle() * cone.mean([&](Vec3f direction) { return spot.falloff(direction); });
     out.unshot_power = glm::max(power - shot * light.intensity, glm::dvec3(0));
   } else {
-    // Its lines are known by where they pass the point of the axis that is nearest to the target's
+    // Rays are parametrised by where they pass the point of the axis nearest to the target's
     // centre.
     aimed = target.aim(position, cone);
     const double distance = glm::dot(target.center() - position, axis);

@@ -23,7 +23,7 @@ lights::Rectangle view(const scene::RectangleLight& light, const Target& target)
   return shape;
 }
 
-/// The best way to draw photons; of no etendue where it faces away from the target.
+/// The best way to sample photons; its etendue is 0 if the light faces away from the target.
 EmissionWay best_way(const scene::RectangleLight& light, const Target& target) {
   using Way = lights::Rectangle::Way;
   lights::Rectangle shape = view(light, target);
@@ -36,7 +36,7 @@ EmissionWay best_way(const scene::RectangleLight& light, const Target& target) {
   const double radius = 0.5 * std::max(glm::length(u + v), glm::length(u - v));
   const Cone cone = target.cone_from(center, radius);
   shape.cone = target.aim(center, cone);
-  // Bounds of the cosine and of the cone's height, from all of its points.
+  // Bounds of the cosine and of the cone's height, over all points of the light.
   const double reach = target.radius() * margin;
   const double from = (glm::length(target.center() - center) - radius) / margin;
   const double above = glm::dot(target.center() - center, normal) + reach;
@@ -58,7 +58,8 @@ EmissionWay best_way(const scene::RectangleLight& light, const Target& target) {
   return better(from_points, try_way(shape, cone.solid_angle() * double{shape.bound}, target));
 }
 
-/// A large light nearby, and one seen at a grazing angle, in parts that are very unlike.
+/// Splits the light until enough of its photons arrive. Parts of a large light nearby, or of one at
+/// a grazing angle, differ strongly.
 std::vector<EmissionWay> tiles_of(const scene::RectangleLight& light, const Target& target) {
   std::vector<EmissionWay> tiles{best_way(light, target)};
   constexpr std::size_t most = 64;

@@ -23,7 +23,7 @@ PreparedLight prepare_light(const scene::SphereLight& light, const Target& targe
   const bool surrounds = !target.is_endless() && target.all_corners([&](const glm::dvec3& p) {
     return glm::length(p - center) <= light.radius;
   });
-  if (surrounds) {  // it shines outwards
+  if (surrounds) {  // its light goes outwards
     out.unshot_power = power;
     if (largest(light.radiance) > 0)
       out.why_unshot =

@@ -8,8 +8,8 @@
 namespace tyndall {
 namespace {
 
-/// The largest area that faces show to any direction of the cone. \param forth of the faces across
-/// each axis, to directions along it \param back to directions against it
+/// An upper bound of the projected area of faces, over the directions of a cone. \param forth the
+/// area across each axis, as seen along it \param back as seen against it
 double largest_face_area(const glm::dvec3& forth, const glm::dvec3& back, const Cone& cone) {
   double sum = 0;
   for (int a = 0; a < 3; ++a) {
@@ -101,7 +101,7 @@ double Target::largest_area(const Cone& cone) const {
   return largest_face_area(areas, areas, cone);
 }
 
-/// \return whether a ray that has entered the medium hits its box.
+/// \return whether a ray that has entered the medium's box hits the target's.
 bool Target::is_hit_by(const Ray& ray) const {
   double t0 = 0, t1 = 1e300;
   const glm::dvec3 o = to_dvec3(ray.origin), d = to_dvec3(ray.direction);
@@ -114,8 +114,8 @@ bool Target::is_hit_by(const Ray& ray) const {
   return is_endless_ || t0 <= t1;
 }
 
-// Points of the additive recurrence of the generalised golden ratio in 6 dimensions [Roberts2018]:
-// no random numbers, so every run finds the same.
+// The samples are the additive recurrence of the generalised golden ratio in 6 dimensions
+// [Roberts2018]: deterministic, so every run returns the same.
 Target::Yield Target::try_out(const Emitter& emitter) const {
   constexpr std::uint32_t count = 8192;
   constexpr std::uint32_t step[] = {0xe60e2b73u, 0xcebd76dbu, 0xb9c9aa3bu,

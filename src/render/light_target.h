@@ -1,5 +1,5 @@
 /// \file
-/// The medium as lights see it: what their photons are aimed at.
+/// The target of a light's photons.
 #pragma once
 
 #include <vector>
@@ -11,9 +11,9 @@
 
 namespace tyndall {
 
-constexpr double margin = 1 + 1e-5;  // of bounds, against the rounding of floats
+constexpr double margin = 1 + 1e-5;  // factor on bounds, for the rounding of floats
 
-/// Of the half angle of a cone.
+/// The squared sine of a cone's half angle.
 inline double squared_sine(double height) { return height * (2 - height); }
 
 /// Directions about `axis`.
@@ -22,7 +22,7 @@ struct Cone {
   double height = 2;  ///< 1 - cosine of the half angle
 
   double solid_angle() const { return 2 * double{pi} * height; }
-  /// The largest cosine between any of its directions and `other`.
+  /// The largest cosine between a direction of the cone and `other`.
   double nearest_cosine(const glm::dvec3& other) const;
   /// The mean of f(direction), by the midpoint rule.
   template <class F>
@@ -39,14 +39,14 @@ struct Cone {
 };
 
 double face_area(const Box& box, Face face);
-/// No less than the area that the open faces show to any direction of the cone.
+/// An upper bound of the projected area of the open faces, over the directions of the cone.
 double largest_open_area(const Box& box, const Cone& cone);
 
-/// What receives light, in local space: super-voxels that are not empty, and grounds. All of the
-/// box where it is empty or periodic, and where detectors count what leaves it.
+/// The bounding box, in local space, of everything that receives light: non-empty super-voxels and
+/// grounds. It is the whole box if that is empty or periodic, or if detectors count escaping light.
 class Target {
  public:
-  /// \param prepared with its majorants and clumps
+  /// \param prepared has its majorants and clumps
   Target(const Scene& scene, const Box& box, const Stop& stop, const PreparedScene& prepared);
 
   /// \return a point of world space in local space.
@@ -56,10 +56,11 @@ class Target {
 
   glm::dvec3 center() const { return 0.5 * (low_ + high_); }
   double radius() const { return margin * 0.5 * glm::length(high_ - low_); }
-  /// Whether it is periodic. A placed light then has infinitely many images, which nothing samples.
+  /// Whether the box is periodic. A placed light then has infinitely many images, which no
+  /// technique samples.
   bool is_endless() const { return is_endless_; }
 
-  /// Whether f(corner) is true for all corners of its box.
+  /// Whether f(corner) is true for all corners of the target.
   template <class F>
   bool all_corners(const F& f) const {
     for (int i = 0; i < 8; ++i)
@@ -69,31 +70,31 @@ class Target {
     return true;
   }
 
-  /// The cone of directions to it from `position`, or from any point within `radius` of that. All
-  /// directions from within, and where it is endless.
+  /// The cone of directions to the target from any point within `radius` of `position`. It has all
+  /// directions if the point may lie within the target, or if the target is endless.
   Cone cone_from(const glm::dvec3& position, double radius) const;
   /// `cone`, aimed from a light about `position`.
   AimedCone aim(const glm::dvec3& position, const Cone& cone) const;
 
-  /// No less than the area that its box shows to any direction of the cone.
+  /// An upper bound of the target's projected area, over the directions of the cone.
   double largest_area(const Cone& cone) const;
 
-  /// What happens to the photons of an emitter, by some that are tried.
+  /// Statistics of an emitter's photons, estimated from samples.
   struct Yield {
-    double weight = 0;    ///< their mean weight: 1 but for rejection sampling
+    double weight = 0;    ///< mean weight: 1 except for rejection sampling
     double arriving = 0;  ///< fraction that hits the target
   };
   Yield try_out(const Emitter& emitter) const;
 
-  /// A box onto whose faces a distant light falls.
+  /// A box whose faces a distant light illuminates.
   struct LitBox {
     Box box;
     int clump = -1;  ///< see Emitter
   };
-  /// The clumps, or the whole box where there are none.
+  /// The clumps, or the whole box if there are none.
   std::vector<LitBox> lit_boxes() const;
-  /// \param power (box) -> [W] that enters it \return what enters the whole box and no lit one.
-  /// That of lines through several is entered several times.
+  /// \param power (box) -> [W] that enters it \return the power that enters the whole box but no
+  /// lit box. A line through several lit boxes counts once for each of them.
   template <class Power>
   glm::dvec3 unlit_power(const Power& power) const {
     glm::dvec3 rest = power(box_);
@@ -101,8 +102,8 @@ class Target {
     return glm::max(rest, glm::dvec3(0));
   }
 
-  /// Of the distance from a place to what it lights: about that to the box, and no less than a
-  /// tenth of the box's size.
+  /// The squared distance from a light to the medium: about that to the box, and at least a tenth
+  /// of the box's size, squared.
   double lit_distance_squared(const glm::dvec3& place) const;
 
  private:

@@ -19,13 +19,13 @@ double cap_height(double degrees) {
 
 std::string text_of(glm::dvec3 v) {
   for (int a = 0; a < 3; ++a)
-    if (std::abs(v[a]) < 1e-4 * glm::length(v)) v[a] = 0;  // and no -0
+    if (std::abs(v[a]) < 1e-4 * glm::length(v)) v[a] = 0;  // also replaces -0
   return fmt::format("[{:.4g}, {:.4g}, {:.4g}]", v.x, v.y, v.z);
 }
 
 namespace {
 
-/// Emitters and direct lights with their powers, before they are normalised.
+/// Collects emitters and direct lights with their powers, then normalises them.
 class LightList {
  public:
   LightList(const Scene& scene, const Box& box, const Stop& stop, PreparedScene& out)
@@ -53,7 +53,7 @@ class LightList {
       shot += power;
       arriving += power * target_.try_out(emitter).arriving;
     }
-    // Memory of a vector stays where it is.
+    // Moving a vector keeps its elements in place.
     if (!prepared.table.empty()) out_.sky_tables.push_back(std::move(prepared.table));
     constexpr double dim = 0.01;
     if (shot > 0 && arriving < dim * shot) out_.dim_lights.push_back(name);
@@ -67,12 +67,12 @@ class LightList {
     return prepared.brightness;
   }
 
-  /// Divides the random words among all lights. Call it once, at the end.
+  /// Divides the random words among all lights. \pre called once, at the end
   void finish() {
     std::vector<double> powers;
     for (const Weighted<Emitter>& e : emitters_) powers.push_back(largest(e.power));
     out_.shot_power = std::accumulate(powers.begin(), powers.end(), 0.0);
-    // Where hardly any photon arrives, those of the strongest lights do not.
+    // dim_lights are the possible causes of unlit replicates: the strongest lights if none is dim.
     if (out_.dim_lights.empty()) {
       for (const auto& [name, power] : shot_powers_)
         if (power > 0 && power >= out_.shot_power / 8) out_.dim_lights.push_back(name);
@@ -87,7 +87,7 @@ class LightList {
                           [](const Weighted<DirectLight>& l) { return l.value.is_uniform(); });
     powers.clear();
     for (const Weighted<DirectLight>& l : direct_) powers.push_back(largest(l.power));
-    // A light that is far off or turned away still lights something.
+    // A light far away or turned away keeps a minimum power: it still lights something.
     const double total = std::accumulate(powers.begin(), powers.end(), 0.0);
     const double least = std::max(total, 1e-300) / (1024 * static_cast<double>(powers.size()));
     for (std::size_t i = 0; i < powers.size(); ++i)
@@ -133,7 +133,7 @@ class LightList {
     return static_cast<int>(index);
   }
 
-  /// Why nothing of a placed light arrives that emits photons.
+  /// Why no photon of a placed light arrives, although it emits some.
   const char* hidden() const {
     return target_.box().grounds != 0
                ? "a ground is between them, or it shines along its side; move the light to the "
@@ -143,7 +143,7 @@ class LightList {
 
   Target target_;
   PreparedScene& out_;
-  std::vector<std::pair<std::string, double>> shot_powers_;  ///< of the scene's lights, by name
+  std::vector<std::pair<std::string, double>> shot_powers_;  ///< names and powers of scene lights
   std::vector<Weighted<Emitter>> emitters_;
   std::vector<Weighted<DirectLight>> direct_;
 };

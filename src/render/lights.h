@@ -6,17 +6,18 @@
 
 namespace tyndall {
 
-/// Fills in emitters, direct_lights, what they point to, and the powers. Expects the components.
-/// \return about the largest radiance [W/(area sr)] in a picture: of a medium lit by one light, or
-/// a 1024th of a light's own. \throws Stopped
+/// Fills in emitters and direct_lights, their tables, and the powers. \pre out.components are set
+/// \return approximately the largest radiance [W/(area sr)] in an image: that of a medium lit by
+/// one light, or 1/1024 of a light's own. \throws Stopped
 double prepare_lights(const Scene& scene, const Box& box, int threads, const Stop& stop,
                       PreparedScene& out);
 
-/// Whether a light is beyond everything: it has no place.
+/// Whether a light is infinitely far away, without a position.
 bool is_distant(const scene::Light& light);
 
-/// Whether a placed light lies between periodic sides: it has infinitely many images, so paths
-/// cannot sample it, and the illumination grid holds its light from the first collision on.
+/// Whether the scene has a placed light between periodic sides. Such a light has infinitely many
+/// images, so paths cannot sample it; the illumination grid holds its light from the first
+/// collision.
 bool has_unsampled_lights(const Scene& scene);
 
 }  // namespace tyndall

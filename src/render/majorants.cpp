@@ -23,7 +23,7 @@ float round_down(double x) {
   return f > x ? std::nextafter(f, 0.0f) : f;
 }
 
-/// The bounds at one resolution.
+/// Builds the bounds at one resolution.
 MajorantTables build(const std::vector<Component<AnyField>>& components, const Box& box,
                      glm::ivec3 resolution, int threads,
                      const std::function<void(double)>& progress, const Stop& stop) {
@@ -70,26 +70,26 @@ MajorantTables build(const std::vector<Component<AnyField>>& components, const B
   return t;
 }
 
-// ---- How many super-voxels: docs/resolution.md
+// ---- Number of super-voxels: docs/resolution.md
 
-/// What a tentative collision takes, and a look-up, each in steps across a super-voxel: measured.
+/// Measured costs of a tentative collision and of a look-up, in steps across a super-voxel.
 constexpr double collision_cost = 2, lookup_cost = 3;
 
-/// Resolutions are chosen within these, along each axis.
+/// Limits of the chosen resolution, along each axis.
 constexpr int fewest = 4, most = 64;
 
-/// Cubical super-voxels, `scale` times as many as 32^3 along each axis.
+/// A resolution with cubical super-voxels, `scale` times as fine as 32^3 along each axis.
 glm::ivec3 cubical(glm::dvec3 extent, double scale) {
   const double edge = cube_root(extent.x * extent.y * extent.z) / (32 * scale);
   return glm::clamp(glm::ivec3(glm::round(extent / edge)), fewest, most);
 }
 
-/// \return how much finer than `probe` the grid pays best.
+/// \return the factor by which the optimal grid is finer than `probe`.
 double best_refinement(const MajorantTables& probe, glm::dvec3 extent) {
   const std::size_t cells = probe.total.size();
   std::vector<float> lower(cells, 0.0f);
   for (std::size_t at = 0; at < probe.lower.size(); ++at) lower[at % cells] += probe.lower[at];
-  // 2^3 super-voxels as one.
+  // Merge 2^3 super-voxels into one.
   const Cells coarse{(probe.nx + 1) / 2, (probe.ny + 1) / 2, (probe.nz + 1) / 2};
   const auto parent = [&](std::size_t cell) {
     const Cells::Place at = probe.place(cell);
@@ -102,7 +102,7 @@ double best_refinement(const MajorantTables& probe, glm::dvec3 extent) {
     high = std::max(high, probe.total[cell]);
     low = std::min(low, lower[cell]);
   }
-  // What halving the edges saves per unit of length, where light is as bright all over.
+  // The cost saved per unit of length by halving the edges, in uniform light.
   double saved = 0;
   for (std::size_t cell = 0; cell < cells; ++cell) {
     const double collisions = double{coarse_total[parent(cell)]} - double{probe.total[cell]};
@@ -110,7 +110,7 @@ double best_refinement(const MajorantTables& probe, glm::dvec3 extent) {
     saved += collision_cost * collisions + lookup_cost * (collisions + certain);
   }
   saved /= static_cast<double>(cells);
-  // What the steps take, averaged over directions.
+  // The number of steps per unit of length, averaged over directions.
   const double crossings = 0.5 * (probe.nx / extent.x + probe.ny / extent.y + probe.nz / extent.z);
   return std::sqrt(saved / crossings);
 }
@@ -192,8 +192,8 @@ std::vector<std::vector<std::int8_t>> tabulate_noise(std::vector<Component<AnyFi
 
 std::vector<std::vector<std::uint8_t>> tabulate_bounds(std::vector<Component<AnyField>>& components,
                                                        int threads, const Stop& stop) {
-  constexpr double most_bricks = 1 << 19;  // 1 MB: about what a core's second-level cache has
-  constexpr double finest = 1;             // voxels to an edge
+  constexpr double most_bricks = 1 << 19;  // 1 MB: about the size of a core's second-level cache
+  constexpr double finest = 1;             // voxels per edge
   std::vector<std::vector<std::uint8_t>> tables;
   for (Component<AnyField>& component : components) {
     if (component.field.kind != AnyField::Kind::sparse_grid) continue;
@@ -210,7 +210,7 @@ std::vector<std::vector<std::uint8_t>> tabulate_bounds(std::vector<Component<Any
     table.nx = n.x, table.ny = n.y, table.nz = n.z;
     table.unit = round_up(densest / 255);
     std::vector<std::uint8_t> codes(table.size());
-    // Positions are rounded on their way to a brick: it may be a neighbour's.
+    // The brick of a position is rounded and may be a neighbour.
     const double half = 0.5 * edge * (1 + 1e-3) + 4e-7 * std::max({extent.x, extent.y, extent.z});
     parallel_for(0, codes.size() / 2, 256, threads, [&](std::uint64_t begin, std::uint64_t end) {
       for (std::uint64_t brick = begin; brick < end; ++brick) {

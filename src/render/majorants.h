@@ -7,28 +7,28 @@
 
 namespace tyndall {
 
-/// Gives the components that are noise tables of it, where `bounds` are above 0. \return the
-/// tables, which must outlive the components. \throws Stopped
+/// Tabulates the noise of each noise cloud over the region where its `bounds` are above 0. \return
+/// the tables, which must outlive the components. \throws Stopped
 std::vector<std::vector<std::int8_t>> tabulate_noise(std::vector<Component<AnyField>>& components,
                                                      const Box& box, const MajorantTables& bounds,
                                                      double points, int threads, const Stop& stop);
 
-/// Gives the components that are grids of files bounds of their densities in small bricks. \return
-/// the bounds, which must outlive the components. \throws Stopped
+/// Bounds the densities of each sparse grid in small bricks. \return the bounds, which must outlive
+/// the components. \throws Stopped
 std::vector<std::vector<std::uint8_t>> tabulate_bounds(std::vector<Component<AnyField>>& components,
                                                        int threads, const Stop& stop);
 
-/// `region` of local space as a box of field space, wide enough for the rounding of positions (4
-/// ulp of the box) and of the transform.
+/// The box of field space that contains `region` of local space, enlarged for the rounding of
+/// positions (4 ulp of the box) and of the transform.
 Region in_field_space(const Affine& to_field, const Region& region, glm::dvec3 extent);
 
-/// The smallest box of cells with all that have a majorant above 0; `end` is 0 where none has.
+/// The smallest box with all cells whose majorant is above 0; `end` is 0 if there are none.
 struct CellRange {
-  glm::ivec3 begin, end;  ///< end: beyond the last
+  glm::ivec3 begin, end;  ///< end is exclusive
 };
 CellRange filled_cells(const Cells& cells, const float* majorants);
 
-/// The super-voxels where component `c` may have a density above 0, as one box of local space.
+/// The box of local space with all super-voxels where component `c` may have a density above 0.
 Region matter_region(const MajorantTables& bounds, std::size_t c, glm::dvec3 extent);
 
 }  // namespace tyndall

@@ -9,9 +9,9 @@ namespace {
 double fade(double t) { return t * t * t * (t * (t * 6 - 15) + 10); }
 double lerp(double a, double b, double t) { return a + t * (b - a); }
 
-/// Calls at(sample, near, far) for all samples along `axis`, where near and far are what
-/// fill(lattice line) made of the two lattice lines about the sample. Fills none twice. Expects
-/// samples less than a cell apart.
+/// Calls at(sample, near, far) for all samples along `axis`; near and far are the results of
+/// fill(lattice line) for the two lattice lines next to the sample. Each line is filled once.
+/// \pre samples are less than a cell apart
 template <class Axis, class Slice, class Fill, class At>
 void sweep(const Axis& axis, int samples, Slice& a, Slice& b, Fill&& fill, At&& at) {
   Slice *near = &a, *far = &b;
@@ -27,9 +27,9 @@ void sweep(const Axis& axis, int samples, Slice& a, Slice& b, Fill&& fill, At&& 
 
 }  // namespace
 
-/// An axis of a grid of samples, as an octave sees it.
+/// An axis of a grid of samples, in the lattice of an octave.
 struct NoiseSamples::Axis {
-  // For each sample: its cell of the lattice, its place in the cell, and that faded.
+  // For each sample: its cell of the lattice, its position in the cell, and fade(position).
   int cell[most_boxes + 1];
   double place[most_boxes + 1], weight[most_boxes + 1];
 
@@ -43,7 +43,7 @@ struct NoiseSamples::Axis {
   }
 };
 
-/// Noise at (y, z) beside a lattice line: value + slope_y (y - line's) + slope_z (z - line's).
+/// Noise at (y, z) near the lattice line (y0, z0): value + slope_y (y - y0) + slope_z (z - z0).
 struct NoiseSamples::Line {
   double value[most_boxes + 1], slope_y[most_boxes + 1], slope_z[most_boxes + 1];
 

@@ -1,5 +1,5 @@
 /// \file
-/// Noise clouds on grids of samples: what bounds and tables are made of. docs/bounds.md, 4.
+/// Noise clouds on grids of samples, for bounds and tables. docs/bounds.md, 4.
 #pragma once
 
 #include <vector>
@@ -12,18 +12,18 @@
 namespace tyndall {
 
 /// Octaves and body, summed at the (n + 1)^3 points of a grid. The weights of noise are products of
-/// one of x, one of y and one of z: it is interpolated along x on the lattice lines, from there
-/// along y on the lattice planes, from there along z; the hash is left to the lines. In double, so
-/// that rounding is left to the point that is bounded.
+/// factors of x, y and z. So noise is interpolated along x on the lattice lines, then along y on
+/// the lattice planes, then along z; only the lines need hashes. The sums are double: only the
+/// float evaluation that they bound rounds noticeably.
 class NoiseSamples {
  public:
   static constexpr int most_boxes = 64;  ///< along an axis
 
   NoiseSamples(glm::dvec3 low, glm::dvec3 step, int n);
 
-  /// Adds the coarse octaves of the noise. \return how far the noise in float is from the
-  /// interpolation of these sums, at most: the curvature of octaves between samples that are no
-  /// more than `edge` apart, or an octave's whole amplitude where that is less.
+  /// Adds the coarse octaves of the noise. \return the maximum distance of the noise in float from
+  /// the interpolation of these sums. Each octave adds its curvature between samples at most `edge`
+  /// apart, or its whole amplitude if that is less.
   double add_octaves(const NoiseCloud& cloud, glm::dvec3 edge);
 
   /// Adds -falloff q.
@@ -39,7 +39,7 @@ class NoiseSamples {
     std::vector<double> value, slope_z;
   };
 
-  /// Expects samples less than a lattice cell apart.
+  /// \pre samples are less than a lattice cell apart
   void add_octave(double frequency, double amplitude, std::uint32_t seed);
 
   int side_, plane_;

@@ -58,7 +58,7 @@ std::vector<std::int8_t> tabulate(NoiseCloud& cloud, const Region& region, doubl
     }
   });
 
-  // Half a unit for the values, the rest for the rounding of the place between them.
+  // Half a unit for the rounding of values, the rest for the rounding of positions between them.
   const double rounding = 0.501 + std::max({nx, ny, nz}) / 1024.0;
   table.unit = static_cast<float>(unit);
   table.half = static_cast<float>(1.000001 * (slack + rounding * unit));

@@ -8,9 +8,9 @@
 
 namespace tyndall {
 
-/// Tabulates the noise of `cloud` over `region` of field space, at about `points` points, and lets
-/// the cloud see it: no decision changes. \return what it sees, which must outlive it; nothing
-/// where the noise is too fine for a table. \throws Stopped
+/// Tabulates the noise of `cloud` over `region` of field space, at about `points` points, and sets
+/// the cloud's table; no decision changes. \return the table's values, which must outlive the
+/// cloud; empty if the noise is too fine for a table. \throws Stopped
 std::vector<std::int8_t> tabulate(NoiseCloud& cloud, const Region& region, double points,
                                   int threads, const Stop& stop);
 

@@ -34,7 +34,7 @@ using Control = oneapi::tbb::global_control;
 struct Arena {
   explicit Arena(int startable) : threads(startable), arena(startable) {}
 
-  /// Has the workers start, which stay: later there may be no memory for them.
+  /// Starts all workers, which stay: later there may be no memory for them.
   void start_all() {
     const Control allowed(Control::max_allowed_parallelism, static_cast<std::size_t>(threads));
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::milliseconds(200);
@@ -51,11 +51,11 @@ struct Arena {
     });
   }
 
-  const int threads;  ///< that the system let start
+  const int threads;  ///< that the system can start
   oneapi::tbb::task_arena arena;
 };
 
-/// Kept: oneTBB 2021.8 gives back no memory of an arena that is done with, 7 kB each.
+/// Arenas are kept: oneTBB 2021.8 does not free the memory of a finished arena, 7 kB each.
 Arena& arena_of(int threads) {
   static std::mutex mutex;
   static std::map<int, std::unique_ptr<Arena>> arenas;
@@ -75,7 +75,7 @@ void parallel_for(std::uint64_t begin, std::uint64_t end, std::uint64_t grain, i
   if (begin >= end) return;
   using Chunk = oneapi::tbb::blocked_range<std::uint64_t>;
   Arena& arena = arena_of(thread_count(threads));
-  // Left alone, TBB runs no more threads than the machine has, and prints a warning if asked to.
+  // By default, TBB runs at most the machine's number of threads, and warns if more are requested.
   const int most = arena.threads < thread_count(threads)
                        ? arena.threads
                        : std::max(thread_count(threads), thread_count(0));
@@ -119,7 +119,7 @@ void parallel_for(std::uint64_t begin, std::uint64_t end, std::uint64_t grain, i
       std::min<std::uint64_t>(static_cast<std::uint64_t>(thread_count(threads)), chunks);
   try {
     for (std::uint64_t i = 1; i < wanted; ++i) helpers.emplace_back(work);
-  } catch (const std::system_error&) {  // fewer do, too
+  } catch (const std::system_error&) {  // fewer threads suffice
   }
   work();
   for (std::thread& helper : helpers) helper.join();

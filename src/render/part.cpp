@@ -16,7 +16,7 @@
 namespace tyndall {
 namespace {
 
-/// Partial `i` of `n` nearly equal parts of [0, total).
+/// Part `i` of `n` nearly equal parts of [0, total).
 IndexRange share(std::uint64_t total, int i, int n) {
   const auto at = [&](int k) {  // not total * k / n, which may overflow
     const auto parts = static_cast<std::uint64_t>(n), part = static_cast<std::uint64_t>(k);
@@ -45,7 +45,7 @@ void require_same(const Frame& a, const std::string& name, const Frame& b,
                        "gather.samples must be the same, too",
                        b.scene_hash, a.scene_hash));
   }
-  // What a hash promises a damaged file need not keep.
+  // A damaged file may have the right hash but wrong sizes.
   const auto sizes = [](const Frame& f) {
     return std::tuple(f.photons, f.samples, f.replicates, f.components, f.width, f.height, f.cells,
                       f.light_words, f.groups.size(), f.detectors.count());
@@ -251,7 +251,7 @@ void merge(Partial& part, const std::string& name, Partial other, const std::str
   for (std::size_t r = 0; r < part.replicates.size(); ++r)
     merge(part.replicates[r], name, std::move(other.replicates[r]), other_name);
   add_to(part.film, std::move(other.film));
-  // No part of the scene's hash, and the same in any order.
+  // The exposure is not in the scene's hash; the maximum does not depend on the order of parts.
   part.frame.exposure = std::max(part.frame.exposure, other.frame.exposure);
   if (part.matter_hash == 0) part.matter_hash = other.matter_hash;
   for (std::size_t m = 0; m < part.measured.size(); ++m)
@@ -270,7 +270,7 @@ std::uint64_t hash_tallies(const Partial& part) {
     add_words(detected.data(), r->detected.data(), r->detected.size());
   }
   hasher.add_all(detected.data(), detected.size());
-  // Not the audit: how many look-ups and cells a walk took is no part of its result.
+  // The audit is left out: numbers of look-ups and cells are not results.
   hasher.add_all(reinterpret_cast<const std::int64_t*>(&shot.ledger),
                  sizeof shot.ledger / sizeof(std::int64_t));
   hasher.add_all(reinterpret_cast<const std::int64_t*>(part.film.pixels.data()),
@@ -280,8 +280,8 @@ std::uint64_t hash_tallies(const Partial& part) {
 }
 
 int unlit_replicates(const Partial& part) {
-  // Fewer photons than that do not show the light's noise. Where the camera's paths make as many
-  // likely, and there is not a tenth of them, it is not because the matter is thin.
+  // Fewer than `enough` photons do not show the noise of the light. If the hits of camera paths
+  // predict that many, and only a fraction `few` of them exist, thin density is not the reason.
   constexpr double enough = 30, few = 0.1;
   double hits = 0, samples = 0;
   for (const PixelTally& pixel : part.film.pixels) hits += static_cast<double>(pixel.hits);
@@ -299,14 +299,14 @@ int unlit_replicates(const Partial& part) {
 
 namespace {
 
-/// Sums over the pixels that met matter, of luminances.
+/// Sums over the pixels that hit the medium, in luminance.
 struct Spread {
-  double mean = 0;      ///< squares of means
-  double variance = 0;  ///< of the means
-  double error = 0;     ///< squares of the standard errors of those variances
+  double mean = 0;      ///< of squared means
+  double variance = 0;  ///< of the variances of the means
+  double error = 0;     ///< of the squared standard errors of those variances
 };
 
-/// Nothing where fewer than two replicates have samples, or the light of one is not converged.
+/// \return zeros if fewer than two replicates have samples, or the light of one is not converged.
 Spread spread_of(const Partial& part) {
   double n = 0;
   int replicates = 0;

@@ -1,5 +1,5 @@
 /// \file
-/// What is wanted of a render, and what of it is missing: functions of ranges.
+/// The photons and samples that a render needs, and those that are missing, as ranges.
 #pragma once
 
 #include <algorithm>
@@ -13,11 +13,11 @@ namespace tyndall {
 
 class Plan {
  public:
-  /// \param part that grows \param options of the same lifetime
+  /// \param options, part must outlive this; the part may grow
   Plan(const RenderOptions& options, const Partial& part) : options_(options), part_(part) {}
 
   bool shoots_only() const { return options_.photons && !options_.samples; }
-  /// Of so many replicates the light is held at once.
+  /// The number of replicates whose light is held at once.
   int most_turns() const { return shoots_only() ? 1 : options_.most_lights; }
 
   IndexRange wanted_samples(int r) const {
@@ -32,7 +32,7 @@ class Plan {
     if (options_.photons) return common(all, *options_.photons);
     return samples.begin == samples.end ? IndexRange{all.begin, all.begin} : all;
   }
-  /// Whether samples of replicate `r` would read a grid without the light that belongs there.
+  /// Whether samples of replicate `r` would read a grid that lacks their light.
   bool is_dark(int r) const {
     if (part_.frame.light_words == 0 || part_.frame.photons == 0 || !options_.photons) return false;
     const IndexRange photons = common(part_.frame.photons_of(r), *options_.photons);
@@ -52,8 +52,8 @@ class Plan {
     return true;
   }
 
-  /// \return which of `turns` is gathered next: one that has a slice under way, or else the fewest
-  /// samples; -1: none.
+  /// \return the replicate of `turns` to gather next: the one with an unfinished slice, or else the
+  /// one with the fewest samples; -1: none.
   int next_turn(const std::vector<int>& turns) const {
     int next = -1;
     for (const int r : turns) {
@@ -65,8 +65,8 @@ class Plan {
     return next;
   }
 
-  /// Whether the replicates begun have about as many samples each, so that their spread shows the
-  /// noise.
+  /// Whether the replicates begun have about equal numbers of samples, so that their spread shows
+  /// the noise.
   bool is_even() const {
     std::uint64_t least = ~std::uint64_t{0}, most = 0;
     for (int r = 0; r < part_.frame.replicates; ++r) {

@@ -49,7 +49,8 @@ Box view(const scene::Medium& medium) {
 
 // ---- Components
 
-/// The field space of a view to that of the scene's field. \param leader whose `fit` counts
+/// Transforms the field space of a view to that of the scene's field. \param leader defines the
+/// `fit`
 glm::dmat4 view_to_field(const scene::Field& field, const scene::Field& leader) {
   const auto *grid = std::get_if<scene::SparseGrid>(&field),
              *first = std::get_if<scene::SparseGrid>(&leader);
@@ -60,8 +61,8 @@ glm::dmat4 view_to_field(const scene::Field& field, const scene::Field& leader) 
   return fitted(first ? *first : *grid) * place;
 }
 
-/// Where the field space of a view of a solid begins: far from the scene's origin, where single
-/// precision would lose it, at the box.
+/// The origin of the field space of a view. For a solid far from the scene's origin it is the box's
+/// corner, to keep single precision.
 glm::dvec3 view_origin(const scene::Component& component, const scene::Field& field,
                        const scene::Medium& medium) {
   const glm::dvec3 low = medium.box_min, high = medium.box_max;
@@ -71,7 +72,8 @@ glm::dvec3 view_origin(const scene::Component& component, const scene::Field& fi
   return glm::dvec3(glm::inverse(component.transform) * glm::dvec4(low, 1.0));
 }
 
-/// Local space to the field space of a view of `field`, the component's or its emission's.
+/// Transforms local space to the field space of a view of `field`, the component's or its
+/// emission's.
 Affine local_to_view(const scene::Component& component, const scene::Field& field,
                      const scene::Medium& medium) {
   const glm::dmat4 inverse =
@@ -90,7 +92,7 @@ AnyField any_view(const scene::Component& component, const scene::Field& field,
   return std::visit([&](const auto& f) { return AnyField(tyndall::view(f, origin)); }, field);
 }
 
-/// \return nothing where the component does not shine.
+/// \return nothing if the component has no emission.
 std::optional<Emission> view_emission(const scene::Component& component,
                                       const scene::Medium& medium) {
   Emission e;
@@ -144,8 +146,8 @@ double default_marching_step(const Scene& scene) {
 
 // ---- Bounds
 
-/// Ascending majorants: the decision value v = u * sum keeps its resolution near 0, so that thin
-/// fog beside a dense body still collides at the right rate.
+/// Orders components by ascending majorants: the decision value v = u * sum keeps its resolution
+/// near 0, so that thin fog beside a dense body still collides at the right rate.
 std::vector<int> ascending(const std::vector<float>& majorants) {
   std::vector<int> order(majorants.size());
   std::iota(order.begin(), order.end(), 0);
@@ -155,14 +157,14 @@ std::vector<int> ascending(const std::vector<float>& majorants) {
   return order;
 }
 
-/// Some upper bound of each component's extinction.
+/// An upper bound of a component's extinction.
 float largest_sigma_t(const Component<AnyField>& c) {
   return static_cast<float>(c.extinction * largest_density(c.field));
 }
 
 // ---- Groups
 
-/// Where lights have groups.
+/// Lists the light groups, if any light has one.
 void prepare_groups(PreparedScene& out) {
   const auto named = [](const std::string& name) { return !name.empty(); };
   if (std::none_of(out.light_groups.begin(), out.light_groups.end(), named)) return;
@@ -181,7 +183,7 @@ void prepare_groups(PreparedScene& out) {
 
 // ---- Film
 
-/// [W/(area sr)], or more.
+/// An upper bound of the component's emission [W/(area sr)].
 double brightest_source(const Component<AnyField>& c, const Box& box) {
   const glm::dvec3 extent = to_dvec3(box.extent);
   const Region whole{0.5 * extent, 0.5 * extent};
@@ -189,16 +191,16 @@ double brightest_source(const Component<AnyField>& c, const Box& box) {
                         in_field_space(c.emission->to_field, whole, extent));
 }
 
-/// [1/sr] the largest value of a phase function.
+/// The largest value of a phase function [1/sr].
 float peak(const Phase& phase) {
   float most = max(phase.evaluate(1.0f), phase.evaluate(-1.0f));
   for (int i = 0; i < phase.knot_count; ++i) most = max(most, phase.knots[i].density);
   return most;
 }
 
-/// A power of two near the radiance of the brightest things: the film's integers count 2^-24 of it,
-/// and its samples end at Film::range times it. Where a phase function has a peak that would be cut
-/// there, seen towards a light, as much more as it takes.
+/// A power of two near the largest radiance. The film's integers count 2^-24 of it, and samples are
+/// clamped at Film::range times it. The unit is larger if the peak of a phase function, seen
+/// towards a light, would be clamped.
 /// \param light see prepare_lights()
 float film_unit(const Scene& scene, const std::vector<Component<AnyField>>& components,
                 const Box& box, double light) {
@@ -209,7 +211,7 @@ float film_unit(const Scene& scene, const std::vector<Component<AnyField>>& comp
     if (c.scatters()) largest_peak = max(largest_peak, peak(c.phase));
   }
   if (!(brightest > 0)) return 1.0f;
-  constexpr double margin = 4;  // of path weights, and of several scatterings in a sample
+  constexpr double margin = 4;  // for path weights and several scatterings in a sample
   brightest = std::max(brightest, margin * light * double{largest_peak} / double{Film::range});
   int exponent = 0;
   std::frexp(brightest, &exponent);
@@ -233,8 +235,8 @@ Detectors view(const scene::Detectors& from, const glm::dvec3& extent) {
 
 bool is_grey(Vec3f color) { return color.x == color.y && color.y == color.z; }
 
-/// Whether light that meets no matter is nothing to anybody: no ground reflects it, no detector
-/// counts it, and it leaves the box.
+/// Whether only the medium receives light: no ground reflects it, no detector counts it, and light
+/// that misses the medium leaves the box.
 bool receives_in_matter_alone(const Scene& scene) {
   const scene::Medium& m = scene.medium;
   const auto is_open = [](scene::Side side) { return side == scene::Side::open; };
@@ -244,7 +246,7 @@ bool receives_in_matter_alone(const Scene& scene) {
          && !detects(scene);
 }
 
-/// One where nothing has a colour: a third of the memory and of the deposits.
+/// \return 1 if nothing has a colour, for a third of the memory and of the deposits; otherwise 3.
 int illumination_channels(const PreparedScene& scene, const Box& box) {
   const bool grey =
       std::all_of(scene.emitters.begin(), scene.emitters.end(),
@@ -270,8 +272,8 @@ PreparedScene prepare(const ResolvedScene& resolved, int threads,
   std::vector<Component<AnyField>> components;
   std::vector<float> majorants;
   const int order = resolved.illumination_order;
-  // The camera's before it reads the grid, that where it does, and the photons' first one, unless
-  // the grid has all light.
+  // Counts the scatterings of a camera path before it reads the grid, the one where it reads the
+  // grid, and the first one of the photon unless the grid holds all light.
   out.bounces = resolved.bounces;
   const int scatterings =
       out.bounces + (scene.single_scattering == scene::SingleScattering::apart ? 2 : 1);
@@ -279,7 +281,7 @@ PreparedScene prepare(const ResolvedScene& resolved, int threads,
   for (const scene::Component& c : scene.medium.components) {
     components.push_back(view(c, scene.medium));
     components.back().phase = prepare_phase(c.phase, order, scatterings, out.phase_tables);
-    // A path that goes on would miss their light.
+    // A path that continues would miss the light of unsampled lights.
     if (has_unsampled_lights(scene)) components.back().phase.is_split = false;
     if (const auto emission = view_emission(c, scene.medium)) {
       out.emissions.push_back(*emission);
@@ -371,10 +373,10 @@ PreparedScene prepare(const ResolvedScene& resolved, int threads,
                         static_cast<std::uint32_t>(out.brick_places.size())};
   }
   out.cell_size = to_vec3f(extent / glm::dvec3(cx, cy, cz));
-  // As many points as a 256^3 grid has cells: with a million photons their error is 0.02 of the
-  // photons' in a cloud and 0.2 at a solid's edge, with 8 million three times that
-  // (tests/statistical). No fewer than 3^3 a cell, and 6^3 where there is little, or wisps slip
-  // through between them.
+  // As many points as a 256^3 grid has cells. With a million photons their error is 0.02 of the
+  // photons' error in a cloud and 0.2 at the edge of a solid; with 8 million, three times that
+  // (tests/statistical). At least 3^3 points per cell, and 6^3 where there is little medium:
+  // otherwise wisps slip between them.
   const int across = plan.is_sparse ? static_cast<int>(cube_root(double{1} * out.cells.count()))
                                     : std::max({cx, cy, cz});
   out.strata = clamp(256 / across, 3, 8);

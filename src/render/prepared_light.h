@@ -1,6 +1,6 @@
 /// \file
-/// A light ready for the walks. Each kind of light has a source, light_NAME.cpp, that defines its
-/// prepare_light() and what tyndall/render/lights.h declares of it.
+/// A light ready for the walks. Each kind of light has a source file, light_NAME.cpp, that defines
+/// its prepare_light() and its functions of tyndall/render/lights.h.
 #pragma once
 
 #include <algorithm>
@@ -22,12 +22,12 @@ struct PreparedLight {
 
   std::vector<WeightedEmitter> emitters;
   std::optional<AnyLight> direct;    ///< for next-event estimation
-  glm::dvec3 direct_power{0};        ///< [W] that it sends into the medium, or about that
-  glm::dvec3 unshot_power{0};        ///< [W] past all that could receive it
-  std::vector<std::uint32_t> table;  ///< that the lights point to
-  double brightness = 0;   ///< [W/(area sr)] about the largest radiance in a picture: of a medium
-                           ///< lit by it, or a 1024th of its own
-  std::string why_unshot;  ///< the cause and the remedy, where it has power and emits none
+  glm::dvec3 direct_power{0};        ///< [W] into the medium, approximately
+  glm::dvec3 unshot_power{0};        ///< [W] that misses everything that could receive it
+  std::vector<std::uint32_t> table;  ///< the lights point to it
+  double brightness = 0;   ///< [W/(area sr)] about the largest radiance in an image: that of a
+                           ///< medium lit by it, or 1/1024 of its own
+  std::string why_unshot;  ///< the cause and the remedy if it has power but emits none
 
   void add_emitter(const AnyLight& light, const glm::dvec3& power, int clump = -1) {
     if (!(largest(power) > 0)) return;
@@ -35,16 +35,16 @@ struct PreparedLight {
     emitter.clump = clump;
     emitters.push_back({emitter, power});
   }
-  /// \param amount intensity, irradiance or radiance: none of a black light
+  /// Sets `direct` unless the light is black. \param amount intensity, irradiance or radiance
   void set_direct(const AnyLight& light, const glm::dvec3& amount) {
     if (largest(amount) > 0) direct = light;
   }
 };
 
-/// For messages.
+/// The vector as printed in messages.
 std::string text_of(glm::dvec3 v);
 
-/// One of several ways to draw the photons of an area light.
+/// One of several ways to sample the photons of an area light.
 struct EmissionWay {
   AnyLight light;
   double etendue = 0;  ///< [area sr] of all photons
@@ -59,8 +59,9 @@ inline const EmissionWay& better(const EmissionWay& a, const EmissionWay& b) {
   return b.etendue > 0 && b.yield.arriving > a.yield.arriving ? b : a;
 }
 
-/// Of an area light. A tiny one may be cut where it is seen, so that what it lights is still
-/// counted. \param solid_angle [sr] in which it is seen from what it lights
+/// The brightness of an area light. A tiny light may be clamped where it is visible, so that the
+/// film still resolves the medium that it lights. \param solid_angle [sr] of the light, seen from
+/// the medium
 inline double area_light_brightness(const glm::dvec3& radiance, double solid_angle) {
   const double lit = largest(radiance) * std::min(solid_angle, double{pi});
   return std::max(lit, std::min(largest(radiance) / 1024, 4096 * lit));

@@ -1,5 +1,5 @@
 /// \file
-/// The integers of the illumination grid as light and matter.
+/// Converts the integer sums of the illumination grid to absolute units.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +13,8 @@ namespace tyndall {
 std::vector<float> read_out_matter(const PreparedScene& scene,
                                    const std::vector<std::int64_t>& matter);
 
-/// \param out becomes N in absolute units, of photons of `photon_power` [W]; its memory serves
-/// again, which the system would take time to clear.
+/// \param[out] out N in absolute units, for photons of `photon_power` [W]. Its memory is reused,
+/// since the system takes time to clear new memory.
 void read_out_light(const std::vector<std::int64_t>& sums, double photon_power,
                     std::vector<float>& out);
 

@@ -74,13 +74,13 @@ class Renderer::Work {
 
   void resume(Partial part, const std::string& name) { books_.resume(std::move(part), name); }
 
-  /// To the end of the plan, or until the clock ends it: some replicates at a time, see
-  /// RenderOptions::most_lights, are shot and then gathered by turns.
+  /// Runs to the end of the plan or until the clock ends it. It shoots some replicates at a time
+  /// (RenderOptions::most_lights), then gathers them in turns. \return whether the plan is done
   bool run() {
     clock_.keep_tallies();
     try {
       begin_passes();
-      // Before there is light: then it can be looked at whenever the render is stopped.
+      // Measured before the light, so that a render stopped at any time can show its light.
       const bool needs_denominator = !plan_.shoots_only() || options_.measures_matter;
       if (!needs_denominator || measure_denominator()) {
         books_.forget_dim_samples();
@@ -151,11 +151,11 @@ class Renderer::Work {
       FilmTallies film = backend_.take_film();
       const Account account = backend_.take_account();
       is_torn = done < pixels && s == all.begin;
-      if (done < pixels && !is_torn) break;  // a later one is left out
+      if (done < pixels && !is_torn) break;  // leave an incomplete later sample out
       add_to(glance.film, std::move(film));
       add(seen.gathered, account);
       seen.samples.add({s, s + 1});
-      if (2 * clock_.preview_seconds_left() < left) break;  // no other one fits
+      if (2 * clock_.preview_seconds_left() < left) break;  // no time for another
     }
     clock_.end_preview();
     RenderResult result = develop(glance);
@@ -189,7 +189,7 @@ class Renderer::Work {
     return {name, total, done, backend_, options_, clock_};
   }
 
-  /// What a limit of time has cost, once it has ended the render.
+  /// Warns of the effects of a time limit that has ended the render.
   void warn_of_time(RenderResult& result) const {
     if (!is_left_ || options_.time_limit == 0) return;
     const double scattering = seconds_.measured[measurement::scattering];
@@ -230,7 +230,7 @@ class Renderer::Work {
 
   bool begins_round() const { return !plan_.is_even() || clock_.goes_on(Moment::round); }
 
-  // ---- The passes. They return false where the clock ended them.
+  // ---- The passes. They return false if the clock ended them.
 
   bool measure(measurement::Id id) {
     if (part_.has(id)) return true;
@@ -256,8 +256,8 @@ class Renderer::Work {
     return true;
   }
 
-  /// Shoots the next replicates. Half of the time is for the first picture's photons, and half of
-  /// that for those of its first replicate: a second one has to show how noisy it is.
+  /// Shoots the next replicates. The photons of the first picture get half of the time, and those
+  /// of its first replicate half of that, because the noise estimate needs a second replicate.
   /// \param[in,out] next replicate \param[out] turns those that can be gathered, or none
   bool shoot_next(int& next, std::vector<int>& turns) {
     turns.clear();
@@ -283,7 +283,7 @@ class Renderer::Work {
 
   enum class Shot { whole, cut, stopped };
 
-  /// \param until [s] from now on \return cut where the time ended it, stopped where go_on did
+  /// \param until [s] from now \return `cut` if the time ended it, `stopped` if go_on did
   Shot shoot(double until) {
     const auto start = Clock::now();
     const Ledger& ledger = part_.replicate(books_.current()).shot.ledger;
@@ -315,7 +315,7 @@ class Renderer::Work {
   }
 
   bool gather_by_turns(const std::vector<int>& turns) {
-    if (plan_.next_turn(turns) < 0) return true;  // these need not even a depth
+    if (plan_.next_turn(turns) < 0) return true;  // no samples needed, not even a depth
     for (const int r : turns)
       if (!plan_.missing_samples(r).empty()) require_light(r);
     for (const measurement::Id id : measurement::ids)
@@ -323,7 +323,7 @@ class Renderer::Work {
     const bool alone = turns.size() == 1;
     for (int next = 0; (next = plan_.next_turn(turns)) >= 0;) {
       books_.begin_replicate(next);
-      // A fraction of the samples that turns leave even, at whose end the noise is judged.
+      // At most half as many samples again, so that the turns stay even; then the noise is judged.
       const std::uint64_t most =
           alone ? PassRunner::most
                 : std::max<std::uint64_t>(part_.replicate(next).samples.count() / 2, 1);
@@ -351,8 +351,8 @@ class Renderer::Work {
     }
   }
 
-  /// The next samples of all pixels: as many as take long beside what it costs to add them up, and
-  /// fit into the time.
+  /// Gathers the next samples of all pixels: so many that adding them up is cheap in comparison, as
+  /// far as the time allows.
   bool gather_slice(IndexRange range, std::uint64_t most) {
     const int r = books_.current();
     const Slice& slice = part_.slice;
@@ -376,7 +376,7 @@ class Renderer::Work {
     const std::uint64_t end = gather_->run(
         {slice.pixels, pixels},
         [&](IndexRange batch) {
-          books_.illuminate(r);  // go_on may have had a preview by other light
+          books_.illuminate(r);  // a preview in go_on may have used other light
           const std::uint64_t done = backend_.gather(batch, samples);
           books_.add_pixels(done);
           return done;
@@ -409,7 +409,7 @@ class Renderer::Work {
   const Plan& plan_ = books_.plan();
   std::optional<PassRunner> shoot_, gather_;
   PassSeconds seconds_;
-  bool is_left_ = false;                 // run() has ended before the plan was done
+  bool is_left_ = false;                 // run() ended before the plan was done
   std::optional<double> shoot_seconds_;  // of the last replicate, in this run
   double sample_seconds_ = 0;            // of the last sample of all pixels
   std::uint64_t slice_samples_ = 1;      // of the next slice

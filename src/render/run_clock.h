@@ -1,5 +1,5 @@
 /// \file
-/// What ends a render or pauses it, and when.
+/// Deadlines and interruptions, which end or pause a render.
 #pragma once
 
 #include <algorithm>
@@ -20,24 +20,24 @@ inline Clock::time_point in_seconds(double seconds) {
          + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
 }
 
-/// Asks the caller of a render whether it goes on, and holds all deadlines.
+/// Holds all deadlines, and calls the caller's functions that stop a render or let it continue.
 class RunClock {
  public:
   RunClock(Renderer& renderer, const RenderOptions& options)
       : renderer_(renderer), options_(options) {}
 
   // Called by all threads, within a batch:
-  /// Whether the work ends at once, and its tallies are lost.
+  /// Whether the work ends immediately and loses its tallies.
   bool stops() const { return !keeps_tallies_ && is_interrupted(); }
-  /// Whether a pass begins nothing more of its batch. A preview answers an interruption: it goes
-  /// on.
+  /// Whether a pass begins no more of its batch. A preview is the response to an interruption, so
+  /// it continues.
   bool pauses() const {
     return Clock::now() > batch_end_ || (keeps_tallies_ && !preview_end_ && is_interrupted());
   }
 
   // Called by the thread of the render, between batches:
   bool goes_on(Moment moment) const { return !options_.go_on || options_.go_on(renderer_, moment); }
-  /// [s] since the start of the render, and until the end of its limit of time.
+  /// Seconds since the start of the render, and until its time limit.
   double seconds() const { return seconds_since(start_); }
   double seconds_left() const {
     return options_.time_limit > 0 ? options_.time_limit - seconds() : 1e30;
@@ -45,7 +45,7 @@ class RunClock {
   double preview_seconds_left() const { return -seconds_since(*preview_end_); }
 
   void restart() { start_ = Clock::now(); }
-  /// From here on an interruption pauses the render, for go_on to end it; without go_on it stops.
+  /// From here on an interruption pauses the render, and go_on ends it; without go_on it stops.
   void keep_tallies() {
     if (stops()) throw Stopped{};
     keeps_tallies_ = options_.go_on != nullptr;
@@ -63,16 +63,16 @@ class RunClock {
   Renderer& renderer_;
   const RenderOptions& options_;
   Clock::time_point start_ = Clock::now(), batch_end_{};
-  std::optional<Clock::time_point> preview_end_;  // while there is one
+  std::optional<Clock::time_point> preview_end_;  // set during a preview
   bool keeps_tallies_ = false;                    // of an interrupted render
 };
 
-/// One pass, in parts and batches short enough for a bar that moves.
+/// Runs a pass in parts and in batches short enough for a moving progress bar.
 class PassRunner {
  public:
-  static constexpr std::uint64_t most = std::uint64_t{1} << 40;  // indices of a batch
+  static constexpr std::uint64_t most = std::uint64_t{1} << 40;  // indices per batch
 
-  /// \param total indices, `done` of which are done
+  /// \param total number of indices \param done number already done
   PassRunner(const char* name, std::uint64_t total, std::uint64_t done, const Backend& backend,
              const RenderOptions& options, RunClock& clock)
       : name_(name),
@@ -84,9 +84,9 @@ class PassRunner {
         done_(done),
         size_(options.batch > 0 ? options.batch : first_) {}
 
-  /// \param pass (IndexRange) -> end of what was done \param go_on asked after each batch
-  /// \param weight of an index \return the end of the last batch: before part.end where go_on said
-  /// no.
+  /// \param pass (IndexRange) -> end of the work done \param go_on called after each batch
+  /// \param weight of an index \return the end of the last batch, before part.end if go_on returned
+  /// false.
   template <class Pass, class GoOn>
   std::uint64_t run(IndexRange part, const Pass& pass, const GoOn& go_on,
                     std::uint64_t weight = 1) {
@@ -97,7 +97,7 @@ class PassRunner {
       const IndexRange batch{
           begin, begin + std::min(part.end - begin, std::max<std::uint64_t>(size_ / weight, 1))};
       const auto batch_start = Clock::now();
-      clock_.begin_batch(batch_seconds_);  // its indices may take far longer than the last ones
+      clock_.begin_batch(batch_seconds_);  // its indices may take far longer than earlier ones
       const std::uint64_t end = pass(batch);
       done_ += (end - begin) * weight;
       begin = end;

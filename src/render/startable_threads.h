@@ -1,6 +1,6 @@
 /// \file
-/// oneTBB hangs or aborts where the system refuses it a thread (limits of processes or memory), so
-/// that is found out before.
+/// Tests how many threads can start. oneTBB hangs or aborts if the system refuses it a thread
+/// (limits of processes or memory).
 #pragma once
 
 #include <sys/mman.h>
@@ -15,14 +15,14 @@
 
 namespace tyndall {
 
-/// \return whether this process may use only so much address space.
+/// \return whether the address space of this process is limited.
 inline bool is_memory_limited() {
   struct rlimit limit {};
   return ::getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
 }
 
-/// \return `wanted` where the system lets this process run so many threads now and some memory is
-/// left then, else 1: so near to a limit, how many start later is a matter of luck.
+/// \return `wanted` if the system can start that many threads now and some memory remains,
+/// otherwise 1: so near a limit, the number that can start later is unpredictable.
 inline int startable_threads(int wanted) {
   if (wanted <= 1) return 1;
   constexpr std::size_t reserve = std::size_t{32} << 20;  // [byte]
@@ -42,7 +42,7 @@ inline int startable_threads(int wanted) {
         std::unique_lock lock(mutex);
         changed.wait(lock, [&] { return is_over; });
       });
-  } catch (const std::exception&) {  // no more, or no memory for it
+  } catch (const std::exception&) {  // no more threads, or no memory for one
   }
   const bool have_all = static_cast<int>(threads.size()) + 1 == wanted;
   {

@@ -19,14 +19,14 @@ namespace {
 using nanovdb::Coord;
 using nanovdb::GridType;
 
-// ---- Values: floats, or colours channel by channel
+// ---- Values: floats, or the channels of colours
 
 float smallest_channel(float v) { return v; }
 float largest_channel(float v) { return v; }
 float smallest_channel(const nanovdb::Vec3f& v) { return std::min({v[0], v[1], v[2]}); }
 float largest_channel(const nanovdb::Vec3f& v) { return std::max({v[0], v[1], v[2]}); }
 
-/// Of all channels together.
+/// The range of values, over all channels.
 struct ValueRange {
   float low = largest_float, high = -largest_float;
 
@@ -50,7 +50,7 @@ void hash_value(Hasher& hash, const nanovdb::Vec3f& v) {
 
 constexpr float largest_value = static_cast<float>(limits::density.high);
 
-/// Calls f(channel) for each.
+/// Calls f(channel) for each channel.
 template <class F>
 void for_channels(float& v, const F& f) {
   f(v);
@@ -60,7 +60,7 @@ void for_channels(nanovdb::Vec3f& v, const F& f) {
   for (int c = 0; c < 3; ++c) f(v[c]);
 }
 
-/// Comparisons that NaN fails.
+/// Whether a value is in range; false for NaN.
 bool is_value(float v) { return v >= -largest_value && v <= largest_value; }
 bool is_value(const nanovdb::Vec3f& v) {
   return is_value(v[0]) && is_value(v[1]) && is_value(v[2]);
@@ -72,12 +72,12 @@ void require_value(float v) {
         fmt::format("a value is no number (NaN), infinite or beyond {:g}", double{largest_value}));
 }
 
-/// Collects what strange values are made of, then makes it of them.
+/// Repairs invalid values: collects the range of the valid ones, then replaces the others.
 class Mender {
  public:
   explicit Mender(MendedValues& mended) : mended_(mended) {}
 
-  /// First, of all active values.
+  /// First step, for all active values.
   template <class V>
   void see(V v) {
     for_channels(v, [this](float x) {
@@ -88,8 +88,8 @@ class Mender {
     mended_.largest = range_.low <= range_.high ? range_.high : largest_value;
     mended_.smallest = range_.low <= range_.high ? range_.low : -largest_value;
   }
-  /// Then, of all values. \param voxels that it stands for, 0 where it is not active \param at the
-  /// first of them
+  /// Second step, for all values. \param voxels that the value stands for, 0 if inactive \param at
+  /// the first of them
   template <class V>
   void mend(V& v, std::uint64_t voxels, const Coord& at) {
     bool is_nan = false, is_above = false, is_below = false;
@@ -120,7 +120,7 @@ class Mender {
 
 constexpr std::uint64_t voxels_of(std::uint64_t edge) { return edge * edge * edge; }
 
-/// Active voxels.
+/// The bounding box and the number of active voxels.
 struct ActiveBox {
   glm::ivec3 low{std::numeric_limits<int>::max()}, high{std::numeric_limits<int>::min()};
   std::uint64_t count = 0;
@@ -139,7 +139,7 @@ struct ActiveBox {
   }
 };
 
-/// A node, where it is in space, and what was found in it.
+/// A node, its origin, and its contents.
 template <class Node>
 struct Found {
   Node* node;
@@ -147,10 +147,10 @@ struct Found {
   ValueRange range{};
   ActiveBox active{};
   std::uint64_t hash = 0;
-  bool is_strange = false;  ///< a value is to be mended
+  bool is_strange = false;  ///< a value needs mending
 };
 
-/// Nodes of one kind that the tree leads to, each checked to lie within the buffer.
+/// The nodes that the tree refers to; each is checked to lie within the buffer.
 class Extents {
  public:
   Extents(std::byte* bytes, std::size_t size) : bytes_(bytes), size_(size) {}
@@ -172,7 +172,7 @@ class Extents {
         static_cast<std::uint64_t>(reinterpret_cast<const std::byte*>(node) - bytes_);
     taken_.emplace_back(place, bytes);
     total_ += bytes;
-    if (total_ > size_) overlap();  // before a loop of nodes has eaten the memory
+    if (total_ > size_) overlap();  // before a cycle of nodes exhausts the memory
   }
 
   void require_disjoint() {
@@ -192,7 +192,7 @@ class Extents {
 template <class Build>
 using LeafData = typename nanovdb::NanoLeaf<Build>::DataType;
 
-/// Bytes of a leaf, whose first `head` bytes are known to be there.
+/// The size of a leaf [byte]. \pre the buffer holds its first `least_leaf` bytes
 std::size_t leaf_size(GridType type, const void* leaf) {
   switch (type) {
     case GridType::Fp4:
@@ -218,7 +218,7 @@ constexpr std::size_t least_leaf = 96;  // of FpN
 template <class Build>
 constexpr bool is_plain = std::is_same_v<Build, float> || std::is_same_v<Build, nanovdb::Vec3f>;
 
-/// The range of all values of a leaf, by its data alone.
+/// \return the range of all values of a leaf, from its data alone; plain leaves also store it.
 template <class Build, class Data>
 ValueRange stamp(Data& leaf, bool& is_strange) {
   ValueRange range;
@@ -261,7 +261,7 @@ void read_leaf(Found<Leaf>& found) {
   }
 }
 
-/// Calls f(found, data), data being that of the leaf's own type.
+/// Calls f(found, data), where data has the leaf's own type.
 template <class Leaf, class F>
 void with_leaf(GridType type, Found<Leaf>& found, const F& f) {
   const auto as = [&]<class Build>(Build*) {
@@ -293,7 +293,7 @@ Coord voxel(const Coord& origin, std::uint32_t n) {
                          static_cast<int>(n & 7));
 }
 
-/// Children and tiles of a node: calls child(n) or tile(n).
+/// Calls child(n) or tile(n) for each entry of a node.
 template <class Node, class Child, class Tile>
 void for_entries(const Found<Node>& found, Child&& child, Tile&& tile) {
   const auto* data = found.node->data();
@@ -331,7 +331,7 @@ void read_tiles(Found<Node>& found) {
   found.hash = hash.value();
 }
 
-/// Calls f(value, voxels, at) for each tile of a node; voxels is 0 where it is not active.
+/// Calls f(value, voxels, at) for each tile of a node; voxels is 0 if the tile is inactive.
 template <class Node, class F>
 void for_tiles(Found<Node>& found, const F& f) {
   auto* data = found.node->data();
@@ -344,7 +344,7 @@ void for_tiles(Found<Node>& found, const F& f) {
       });
 }
 
-/// The nodes below `parents`; their tiles are read.
+/// \return the nodes below `parents`; also reads the parents' tiles.
 template <class Child, class Parent>
 std::vector<Found<Child>> children(std::vector<Found<Parent>>& parents, Extents& extents,
                                    GridType type) {
@@ -369,7 +369,8 @@ std::vector<Found<Child>> children(std::vector<Found<Parent>>& parents, Extents&
   return all;
 }
 
-/// What is known of the children becomes known of the parents. Both are in one order.
+/// Adds ranges, active voxels and hashes of the children to the parents. Both are in the same
+/// order.
 template <class Parent, class Child>
 void gather(std::vector<Found<Parent>>& parents, const std::vector<Found<Child>>& found) {
   std::size_t next = 0;
@@ -411,7 +412,7 @@ void require_map(const glm::dmat4& m) {
   }
   const glm::dmat3 linear(m);
   if (!(most > 1e-18)
-      || !(std::abs(glm::determinant(linear / most)) > 1e-15))  // thin beyond single precision
+      || !(std::abs(glm::determinant(linear / most)) > 1e-15))  // too flat for single precision
     throw DamagedVolume("its transform is singular: voxels without a volume");
 }
 
@@ -425,7 +426,7 @@ Volume::Volume(std::shared_ptr<std::byte> buffer, std::size_t size, int threads)
     throw DamagedVolume("too short for a grid");
   const auto* grid = reinterpret_cast<const nanovdb::GridData*>(buffer_.get());
   const std::uint64_t magic = NANOVDB_MAGIC_NUMBER;
-  // Its last byte counts up.
+  // The last byte of the magic number is a counter.
   if ((grid->mMagic ^ magic) >> 56 > 3 || (grid->mMagic ^ magic) << 8 != 0)
     throw DamagedVolume("no grid of NanoVDB");
   if (grid->mVersion.getMajor() != NANOVDB_MAJOR_VERSION_NUMBER)

@@ -19,7 +19,7 @@ void lens(Checker& check, const Camera& c) {
 }
 
 void crop(Checker& check, const Camera& c) {
-  if (c.crop == std::array{0, 0, 0, 0}) return;  // the whole picture
+  if (c.crop == std::array{0, 0, 0, 0}) return;  // the whole image
   for (unsigned a = 0; a < 2; ++a) {
     const int low = c.crop[a], high = c.crop[a + 2], end = c.resolution[a];
     if (0 <= low && low < high && high <= end) continue;

@@ -13,7 +13,7 @@ inline constexpr Meaning<Projection> projection_words[] = {
     {"spherical", Projection::spherical}};
 constexpr auto& words(Type<Projection>) { return projection_words; }
 
-/// 16 numbers, row by row, which is not glm's order.
+/// Converts 16 numbers in row-major order to glm's column-major order.
 inline glm::dmat4 by_rows(const std::array<double, 16>& numbers) {
   glm::dmat4 m;
   for (int i = 0; i < 16; ++i) m[i % 4][i / 4] = numbers[static_cast<unsigned>(i)];

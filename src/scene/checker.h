@@ -1,6 +1,6 @@
 /// \file
-/// What the checks of all things of a scene share. Each thing is checked across its keys in the
-/// source file of its name; the ranges of its numbers follow from its keys.
+/// Shared parts of the checks of a scene. The source file of each thing checks it across its keys;
+/// the description of the keys defines the ranges of numbers.
 #pragma once
 
 #include <algorithm>
@@ -25,14 +25,14 @@ namespace tyndall::scene {
 
 inline constexpr const char* axis_names = "xyz";
 
-/// Lengths and angles are compared in double precision: what is parallel to 1e-6 is parallel.
+/// Lengths and angles are compared in double precision; directions count as parallel within 1e-6.
 inline constexpr double parallel_sine = 1e-6;
 
-/// Reports the numbers of a thing that are out of their ranges. Things within it are not visited.
+/// Reports the numbers of a thing that are out of range. It does not visit nested things.
 template <class T>
 class RangeChecker : public Visitor<RangeChecker<T>> {
  public:
-  /// \param path what keys are added to
+  /// \param path prefix of the keys
   RangeChecker(const T& thing, std::string path, std::vector<Problem>& errors)
       : thing_(thing), path_(std::move(path)), errors_(errors) {}
 
@@ -77,7 +77,7 @@ class RangeChecker : public Visitor<RangeChecker<T>> {
       for (int i = 0; i < v.length(); ++i) value(fmt::format("{}[{}]", path, i), v[i], range);
     } else if constexpr (requires { std::tuple_size<V>::value; }) {
       for (std::size_t i = 0; i < v.size(); ++i) value(fmt::format("{}[{}]", path, i), v[i], range);
-    }  // lists of any length are checked where they are read
+    }  // readers check lists of any length
   }
 
   const T& thing_;
@@ -104,7 +104,7 @@ class Checker {
     if (!range.contains(value))
       error(path, fmt::format("expected {}, got {}", describe(range), value));
   }
-  /// \return whether the key at `path`, and its elements, have no error: further checks may use
+  /// \return whether the key at `path` and its elements have no error, so that other checks may use
   /// them.
   bool is_good(const std::string& path) const {
     return std::none_of(problems.errors.begin(), problems.errors.end(), [&](const Problem& error) {
@@ -118,7 +118,7 @@ class Checker {
   bool open(int axis) const {
     return scene.medium.sides[static_cast<unsigned>(axis)] == Side::open;
   }
-  /// Whether light can enter and leave there.
+  /// Whether light can enter and leave through a face.
   bool open_face(int face) const {
     return open(face / 2) && !scene.medium.ground[static_cast<unsigned>(face)];
   }
@@ -136,10 +136,10 @@ void check_field(Checker& check, const std::string& path, const Component& compo
                  const Field& of);
 void check_phase(Checker& check, const std::string& path, const Phase& phase);
 void check_lights(Checker& check);
-/// Whether there is anything to see.
+/// Checks that the scene has any light.
 void check_shines(Checker& check);
 void check_camera(Checker& check);
-/// What the light of cells of several mean free paths is worth. \pre no errors so far
+/// Warns if cells are so many mean free paths wide that the light is wrong. \pre no errors so far
 void check_cells(Checker& check, const ResolvedScene& resolved);
 
 }  // namespace tyndall::scene

@@ -5,11 +5,11 @@
 
 namespace tyndall {
 
-/// Within some ulp, and the same everywhere, which std::cbrt is not. Expects x > 0.
+/// The cube root within some ulp. It has the same bits everywhere, unlike std::cbrt. \pre x > 0
 inline double cube_root(double x) {
   int exponent = 0;
   std::frexp(x, &exponent);
-  double root = std::ldexp(1.0, exponent / 3 + 1);  // from above: Newton's steps only descend
+  double root = std::ldexp(1.0, exponent / 3 + 1);  // from above: Newton's steps descend
   for (int i = 0; i < 12; ++i) root -= (root - x / (root * root)) / 3;
   return root;
 }

@@ -56,7 +56,7 @@ double filled_volume(const NoiseCloud& cloud) {
 
 double largest_density(const Remap& r, double low, double high) {
   const auto clamped = [&](double x) {
-    return std::max(std::min(r.scale * x + r.offset, r.high), r.low);  // NaN stays
+    return std::max(std::min(r.scale * x + r.offset, r.high), r.low);  // keeps NaN
   };
   const auto most = static_cast<float>(std::max(clamped(low), clamped(high)));
   return r.gamma == 1 ? most : power(most, static_cast<float>(r.gamma));
@@ -66,7 +66,7 @@ double density_of(const Remap& remap, float value) {
   return largest_density(remap, double{value}, double{value});
 }
 
-/// Of a grid with these values. \param[out] filled in voxels
+/// \return the densities of a grid with these values, with `filled` in voxels.
 Densities measure(const Remap& remap, double low, double high, const ValueCounts& counts) {
   Densities out;
   out.largest = largest_density(remap, low, high);
@@ -111,7 +111,7 @@ Densities measure(const SparseGrid& grid) {
   const Volume& v = *grid.volume;
   const double voxel =
       std::abs(glm::determinant(glm::dmat3(fitted(grid)) * glm::dmat3(v.to_world())));
-  if (v.is_level_set()) {  // voxels inside are not active
+  if (v.is_level_set()) {  // interior voxels are inactive
     const glm::dvec3 extent = glm::dvec3(v.high() - v.low()) + 1.0;
     return {1, 1, voxel * extent.x * extent.y * extent.z};
   }

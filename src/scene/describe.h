@@ -1,6 +1,5 @@
 /// \file
-/// A thing of a scene is described once, by a function that names its keys in the order of the
-/// scene file:
+/// One function describes each thing of a scene. It names the keys in the order of the scene file:
 ///
 ///     template <class V>
 ///     constexpr void describe(V& v, Type<Layer>) {
@@ -8,9 +7,10 @@
 ///       v("thickness", &Layer::thickness, limits::size, field_unit, "from face to face");
 ///     }
 ///
-/// Visitors read scene files by it, write their schema and their defaults, check ranges and hash
-/// scenes. visit_keys() and visit_cases() call a visitor; a member or an alternative that is not
-/// described does not compile. What a visitor may be called with stands at `Visitor`.
+/// Visitors of the description read scene files, write their schema and their defaults, check
+/// ranges and hash scenes. visit_keys() and visit_cases() call a visitor. A member or an
+/// alternative that is not described does not compile. `Visitor` lists the calls that a visitor
+/// receives.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,7 @@ namespace tyndall::scene {
 template <class T>
 struct Type {};
 
-// ---- What a description says of a key
+// ---- Parts of a key's description
 
 struct Name {
   constexpr Name(const char* name, bool required = false) : text(name), is_required(required) {}
@@ -35,14 +35,14 @@ struct Name {
 };
 constexpr Name required(const char* name) { return {name, true}; }
 
-/// A number, or a list of numbers, each in a range.
+/// A number or a list of numbers, each within a range.
 struct Numbers {
   constexpr Numbers(const Range& each, const char* elements = "x, y, z", bool is_one_enough = false)
       : range(each), names(elements), or_one(is_one_enough) {}
 
   Range range;
   const char* names;  ///< of the elements of a list
-  bool or_one;        ///< one number alone stands for all of them
+  bool or_one;        ///< a single number stands for all elements
 };
 constexpr Numbers color(const Range& range) { return {range, "r, g, b", true}; }
 constexpr Numbers cells(const Range& range) { return {range, "x, y, z", true}; }
@@ -55,25 +55,25 @@ struct Text {
 };
 /// One of the words() of its type.
 struct Word {};
-/// A thing with keys of its own, one of several things, or a list of them.
+/// A thing with its own keys, one of several things, or a list of things.
 struct Things {
-  const char* grid = "";  ///< of a field: the grid of a file that is meant where none is named
+  const char* grid = "";  ///< for a field: the default grid of a file
 };
 
-/// \return the form that a range stands for.
+/// \return the form of a range: numbers within it.
 constexpr Numbers form_of(const Range& range) { return range; }
 template <class Form>
 constexpr const Form& form_of(const Form& form) {
   return form;
 }
 
-/// Sets of keys; keys of different sets exclude each other.
+/// Sets of keys. Keys of different sets exclude each other.
 using Alternatives = std::initializer_list<std::initializer_list<const char*>>;
 
 inline constexpr const char* field_unit = "field unit";
 inline constexpr const char* radiance_unit = "W/(area sr)";
 
-// ---- Enumerations: words(Type<E>) lists them in a table.
+// ---- Enumerations: words(Type<E>) returns the table of their words.
 
 template <class E>
 struct Meaning {
@@ -81,7 +81,7 @@ struct Meaning {
   E value;
 };
 
-/// \return its word; null where it has none.
+/// \return the word of `value`, or null if it has none.
 template <class E>
 constexpr const char* word_of(const E& value) {
   for (const auto& [word, meaning] : words(Type<E>{}))
@@ -91,41 +91,41 @@ constexpr const char* word_of(const E& value) {
 
 // ---- Visitors
 
-/// What a visitor may be called with, besides v(name, member, form, unit, doc). All of it is
-/// ignored here, or passed on.
+/// The calls that a visitor receives, besides v(name, member, form, unit, doc). The defaults ignore
+/// them or pass them on.
 template <class Derived>
 class Visitor {
  public:
-  /// A member without a key of its own; or with the path of one, whose range is checked.
+  /// A member without its own key. part() also has the path of a key, and a range to check.
   template <class T, class M>
   constexpr void unwritten(M T::*) {}
   template <class T, class M>
   constexpr void part(const char*, M T::*member, const Range&) {
     self().unwritten(member);
   }
-  /// 0 where the key is left out.
+  /// A member that is 0 if the key is absent.
   template <class T, class M>
   constexpr void optional(Name, M T::*member, double /*example*/, const Range&,
                           const char* /*unit*/, const char* /*doc*/) {
     self().unwritten(member);
   }
-  /// A value that the thing does not hold as it is written: set(thing, value) stores it.
+  /// A value that the thing stores in another form, by set(thing, value).
   template <class M, class Set, class Form>
   constexpr void alias(Name, const M& /*initial*/, const Set&, const Form&, const char* /*unit*/,
                        const char* /*doc*/) {}
   /// The name of a file, relative to the scene's folder.
   constexpr void file(Name, const char* /*example*/, const char* /*doc*/) {}
-  /// Keys that the file gathers in an object of their own.
+  /// Keys that form an object of their own in the file.
   template <class Describe>
   constexpr void group(const char* /*name*/, const char* /*doc*/, const Describe& keys) {
     keys(self());
   }
-  /// Keys of one kind of thing alone, which `member` tells.
+  /// Keys that exist only if the member has a given value.
   template <class T, class E, class Describe>
   constexpr void when(E T::*, E, const char* /*doc*/, const Describe& keys) {
     keys(self());
   }
-  /// Albedos of the six faces, by their names.
+  /// The albedos of the six faces, by name.
   template <class T, class M>
   constexpr void faces(M T::*member, const Numbers&, const char* /*doc*/) {
     self().unwritten(member);
@@ -136,7 +136,7 @@ class Visitor {
   constexpr Derived& self() { return static_cast<Derived&>(*this); }
 };
 
-// ---- Nothing is forgotten
+// ---- Completeness of descriptions
 
 class MemberCounter : public Visitor<MemberCounter> {
  public:
@@ -169,7 +169,7 @@ template <class T, std::size_t... i>
 constexpr bool takes(std::index_sequence<i...>) {
   return requires { T{(static_cast<void>(i), Anything{})...}; };
 }
-/// \return how many members an aggregate has: as many values as initialise it.
+/// \return the number of members of an aggregate: the largest number of initialisers it accepts.
 template <class T, std::size_t n = 0>
 constexpr std::size_t member_count() {
   if constexpr (takes<T>(std::make_index_sequence<n + 1>{}))

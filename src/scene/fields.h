@@ -1,5 +1,5 @@
 /// \file
-/// The keys of fields, and what is wrong with grids.
+/// The keys of fields, and a check of grids.
 #pragma once
 
 #include <string>
@@ -9,13 +9,13 @@
 
 namespace tyndall::scene {
 
-/// Its body's keys are the field's.
+/// The keys of the body belong to the field.
 template <class V>
 constexpr void describe(V& v, Type<Solid>) {
   v.unwritten(&Solid::body);
 }
 
-/// How harsh a noise cloud is.
+/// The amount of variation of a noise cloud.
 struct Preset {
   double contrast, coverage, falloff;
   bool operator==(const Preset&) const = default;
@@ -80,7 +80,7 @@ inline constexpr Meaning<SparseGrid::Fit> fit_words[] = {{"none", SparseGrid::Fi
                                                          {"unit_cube", SparseGrid::Fit::unit_cube}};
 constexpr auto& words(Type<SparseGrid::Fit>) { return fit_words; }
 
-/// The keys that say which file it is of are those of its reader.
+/// The reader of the file describes the keys that select the file.
 template <class V>
 constexpr void describe(V& v, Type<SparseGrid>) {
   v.unwritten(&SparseGrid::volume);
@@ -101,7 +101,7 @@ constexpr void describe(V& v, Type<Field>) {
   v(Type<SparseGrid>{}, "volume", "");
 }
 
-/// \return what is wrong with the size or the values of `grid`; empty if nothing is.
+/// \return the error in the size or the values of `grid`, or an empty string.
 std::string grid_problem(const DenseGrid& grid);
 
 }  // namespace tyndall::scene

@@ -15,7 +15,7 @@ namespace tyndall {
 namespace scene {
 namespace {
 
-/// Whether neither medium nor light varies along an axis: then cells may be of any width.
+/// Whether neither medium nor light varies along an axis, so that cells may have any width.
 bool is_constant(const Scene& scene, int axis) {
   const Medium& m = scene.medium;
   const auto spans = [&](const Component& c) {
@@ -38,7 +38,7 @@ bool is_constant(const Scene& scene, int axis) {
          && std::all_of(scene.lights.begin(), scene.lights.end(), is_far);
 }
 
-/// \return [length] of the cells, along the axes along which anything varies.
+/// \return the width of the cells [length] along the axes that vary; the largest counts.
 double cell_width(const Scene& scene, const IlluminationPlan& plan) {
   const glm::dvec3 extent = scene.medium.box_max - scene.medium.box_min;
   double width = 0;
@@ -53,8 +53,8 @@ double mean_cosine(const Phase& phase) {
   return double{prepare_phase(phase, highest_order, 1, tables).moment(1)};
 }
 
-/// \return by which fraction a thick slab is too bright at the sun's zenith, at least. \param width
-/// of cells [transport mean free path]
+/// \return the least relative excess brightness of a thick slab under a sun at the zenith.
+/// \param width of cells [transport mean free path]
 double expected_error(double width, int bounces) {
   // Measured, in percent: tyndall-bias --slabs --depths 25,50,100,112,200 --g 0 --bounces 0,1,2,3
   constexpr std::array widths{0.0, 0.39, 0.78, 1.56, 1.75, 3.12};
@@ -76,11 +76,11 @@ bool is_solid(const Field& field) {
          || (grid && grid->volume && grid->volume->is_level_set());
 }
 
-/// \return by which fraction the light near the edge of a solid is too bright where its other side
-/// is lit. The grid is constant in the outer half of a cell, where the light falls towards the
-/// edge. Measured on slabs of optical depth 100 seen from behind, cells 0.78 to 1.56 mean free
-/// paths wide, 2 to 10 bounces; and at albedo 0.99, cells 1 and 2 mean free paths wide, 0 and 1
-/// bounces. \param width of cells [transport mean free path]
+/// \return the relative excess brightness near the edge of a solid that is lit on its other side.
+/// The grid is constant in the outer half of a cell, where the light decreases towards the edge.
+/// Measured on slabs of optical depth 100 seen from behind, with cells 0.78 to 1.56 mean free paths
+/// wide and 2 to 10 bounces; and at albedo 0.99, with cells 1 and 2 mean free paths wide and 0 and
+/// 1 bounces. \param width of cells [transport mean free path]
 double dark_side_error(double width, int bounces) { return 0.067 * width * width / (bounces + 1); }
 
 }  // namespace
@@ -128,13 +128,13 @@ std::array<int, 3> dense_illumination_resolution(const Scene& scene,
                                                  const std::vector<Densities>& densities) {
   const glm::dvec3 extent = scene.medium.box_max - scene.medium.box_min;
   double longest = 0;
-  int varying = 0;  // axes
+  int varying = 0;  // number of axes
   for (int axis = 0; axis < 3; ++axis) {
     if (is_constant(scene, axis)) continue;
     longest = std::max(longest, extent[axis]);
     ++varying;
   }
-  double densest = 0;  // of one component: where several overlap, little of it is as dense as all
+  double densest = 0;  // of a single component: overlaps of the densest parts are small
   for (std::size_t i = 0; i < densities.size(); ++i) {
     const scene::Component& c = scene.medium.components[i];
     if (largest(c.albedo) > 0) densest = std::max(densest, c.extinction * densities[i].largest);
@@ -180,7 +180,7 @@ IlluminationPlan plan_illumination(const Scene& scene, const std::vector<Densiti
   const bool is_coarse = 2 * wanted < widest, is_lost = 64 * filled < box && 2 * width < widest;
   if (!is_coarse && !is_lost) return plan;
 
-  // Bricks at the rim of the medium are not full. And single precision resolves no more cells.
+  // Bricks at the rim of the medium are partly empty. Single precision resolves no more cells.
   constexpr double most_cells = 1 << 20, rim = 8;
   for (int axis = 0; axis < 3; ++axis)
     plan.cells[static_cast<std::size_t>(axis)] =

@@ -15,10 +15,10 @@
 namespace tyndall::scene {
 namespace {
 
-/// [degree] across a sun's disc, in which single precision still resolves directions.
+/// The least diameter of a sun's disc [degree] within which single precision resolves directions.
 constexpr double least_sun_angle = 0.01;
 
-/// It is the name of a layer of EXR files, where dots mean something.
+/// Checks the name of a group: it names a layer of EXR files, where dots have a meaning.
 void group(Checker& check, const std::string& path, const std::string& name) {
   const auto is_good = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_'
@@ -36,7 +36,8 @@ void check_black(Checker& check, const std::string& path, const glm::dvec3& amou
   if (check.is_good(path) && largest(amount) == 0) check.warning(path, "this light is black");
 }
 
-/// The illumination grid holds the light of this one from the first collision on.
+/// Warns of the series' truncation: the illumination grid holds all light of this light from its
+/// first collision.
 void truncated(Checker& check, const std::string& path, const char* kind) {
   double missing = 1;
   for (const Component& c : check.scene.medium.components) {
@@ -60,7 +61,7 @@ void truncated(Checker& check, const std::string& path, const char* kind) {
                               kind, missing));
 }
 
-/// \param half of the box about the light
+/// \param half extent of the box around the light
 void place(Checker& check, const std::string& path, const char* key, const char* kind,
            const glm::dvec3& center, const glm::dvec3& half) {
   if (!(check.open(0) && check.open(1) && check.open(2))

@@ -16,7 +16,7 @@ constexpr void light_group(V& v) {
     "name of a light group, a layer of the picture; lights without a name are one group");
 }
 
-/// Instead of a radiance, or an intensity, the power: over that it is what `extent` says.
+/// Allows a power instead of a radiance or an intensity, which is the power divided by `extent`.
 template <auto amount, auto extent, class L, class V>
 constexpr void or_power(V& v, const char* name, const char* doc) {
   v.alias(

@@ -13,8 +13,8 @@
 namespace tyndall::scene {
 namespace {
 
-/// Noise has its own origin, and single precision there; all else is brought to the box in
-/// double.
+/// Whether a field is noise. Noise keeps its own origin, with single precision; other fields are
+/// moved to the box in double precision.
 bool has_noise(const Medium& medium) {
   const auto is_noise = [](const Field& field) {
     return std::holds_alternative<NoiseCloud>(field);
@@ -63,8 +63,8 @@ void ground(Checker& check) {
   }
 }
 
-/// Without open sides only absorption ends a walk: that of grounds, or of matter where there are
-/// none, since between white grounds without matter it would go on and on.
+/// Checks that walks end. Without open sides only absorption ends them: that of the grounds, or
+/// that of the medium if there are no grounds. Between white grounds a walk would never end.
 void walks_end(Checker& check) {
   if (check.any_ground()) {
     const auto& grounds = check.scene.medium.ground;
@@ -86,8 +86,8 @@ void walks_end(Checker& check) {
   }
 }
 
-/// Matter of one unit in a box of another is a speck that few photons find. Of a volume its whole
-/// extent counts, however little of that is filled.
+/// Warns if a component is tiny compared to the box, as if their units differed: few photons hit
+/// it. The whole extent of a volume counts, even if little of it is filled.
 void size(Checker& check, const std::string& path, const Component& c, const Densities& densities) {
   const glm::dvec3 box = check.scene.medium.box_max - check.scene.medium.box_min;
   double space = densities.filled;
@@ -108,13 +108,13 @@ void size(Checker& check, const std::string& path, const Component& c, const Den
                     fraction));
 }
 
-/// In a super-voxel that a surface passes through the bound is that of the inside: who crosses it
-/// outside has as many tentative collisions as if it were full.
+/// Warns of slow super-voxels. In a super-voxel on a surface, the majorant is that of the inside: a
+/// photon that crosses it outside has as many tentative collisions as in a full one.
 void crawling(Checker& check, const std::string& path, const Component& c, double typical_density) {
   const auto* solid = std::get_if<Solid>(&c.field);
   if (solid && std::holds_alternative<Everywhere>(solid->body)) return;
   const glm::dvec3 extent = check.scene.medium.box_max - check.scene.medium.box_min;
-  double crossings = 0;  // [1/length] of super-voxels; of as many as there may be by default
+  double crossings = 0;  // [1/length] of super-voxels; by default, of the largest number
   for (int a = 0; a < 3; ++a) {
     const int n = check.scene.medium.majorant_resolution[static_cast<std::size_t>(a)];
     crossings += 0.5 * (n > 0 ? n : 64) / extent[a];
@@ -130,7 +130,7 @@ void crawling(Checker& check, const std::string& path, const Component& c, doubl
                   collisions, c.extinction * many / collisions));
 }
 
-/// Where the mean free path nears what positions resolve, flights would stand still.
+/// Checks that positions resolve the mean free path: otherwise flights would not advance.
 void extinction(Checker& check, const std::string& path, const Component& c,
                 const Densities& densities) {
   if (c.extinction == 0)
@@ -138,7 +138,7 @@ void extinction(Checker& check, const std::string& path, const Component& c,
   const double densest = densities.largest;
   const auto* grid = std::get_if<SparseGrid>(&c.field);
   const bool is_empty =
-      grid && grid->volume && grid->volume->active_voxels() == 0;  // said elsewhere
+      grid && grid->volume && grid->volume->active_voxels() == 0;  // reported elsewhere
   if (densest == 0 && !is_empty)
     check.warning(path + ".field", "its density is 0 everywhere: this component does nothing");
   const double across = glm::length(check.scene.medium.box_max - check.scene.medium.box_min);

@@ -10,10 +10,10 @@ namespace tyndall::scene {
 namespace {
 
 struct Peak {
-  double fraction = 0;  ///< of the light that scatters into it
-  double factor = 1;    ///< between densities within it
+  double fraction = 0;  ///< of the light, scattered into the interval
+  double factor = 1;    ///< largest density divided by the least one in the interval
 };
-/// The interval of cosines, as wide as their rounding errors, into which most light scatters.
+/// The interval of cosines, as wide as their rounding errors, that receives the most light.
 Peak narrowest_peak(const Phase& phase) {
   constexpr double cosine_error = 1.8e-7;  // 2^-22.4
   const auto of_lobe = [](double g, double weight) {
@@ -33,7 +33,7 @@ Peak narrowest_peak(const Phase& phase) {
   const std::vector<double>&x = tabulated->table->cosines, &y = tabulated->table->values;
   double total = 0;
   for (std::size_t i = 1; i < x.size(); ++i) total += 0.5 * (y[i - 1] + y[i]) * (x[i] - x[i - 1]);
-  // Both from its low and from its high end, since its ends are those of segments.
+  // The interval starts or ends at the end of a segment.
   Peak narrowest;
   const auto consider = [&](double low, double high) {
     double sum = 0, least = std::numeric_limits<double>::infinity(), most = 0;

@@ -1,5 +1,5 @@
 /// \file
-/// The keys of phase functions, and what is wrong with tables.
+/// The keys of phase functions, and a check of tables.
 #pragma once
 
 #include <cstddef>
@@ -47,7 +47,7 @@ constexpr void describe(V& v, Type<Phase>) {
     "linear in the cosine of the angle between the rows of a table");
 }
 
-/// What is wrong with a table, and at which of its rows; an empty message if nothing is.
+/// An error of a table and its row; the message is empty if the table is good.
 struct PhaseTableProblem {
   std::size_t row = 0;
   std::string message;

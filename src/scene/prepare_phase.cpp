@@ -8,8 +8,8 @@
 namespace tyndall {
 namespace {
 
-/// Integral over the sphere of what is linear in the cosine between `a` and `b` and outside of them
-/// 0, times f(cosine), of degree 2 at most: two points of Gauss and Legendre are exact.
+/// Integrates f(cosine) times a density over the sphere. The density is linear between the cosines
+/// of `a` and `b` and 0 elsewhere. Two Gauss-Legendre points are exact if the degree of f is <= 2.
 template <class F>
 double integral(const PhaseKnot& a, const PhaseKnot& b, F&& f) {
   constexpr double gauss = 0.577350269189625764509, exact_pi = 3.14159265358979323846;
@@ -35,7 +35,7 @@ Phase tabulated(const scene::PhaseTable& table, std::vector<PhaseKnot>& knots) {
   for (std::size_t i = 0; i < table.cosines.size(); ++i) {
     const PhaseKnot knot{static_cast<float>(table.cosines[i]),
                          static_cast<float>(table.values[i] / largest), 0};
-    // Of rows that single precision cannot tell apart the last one counts.
+    // If rows have the same cosine in single precision, the last one counts.
     if (!knots.empty() && knots.back().cosine == knot.cosine) knots.pop_back();
     knots.push_back(knot);
   }
@@ -57,7 +57,7 @@ Phase tabulated(const scene::PhaseTable& table, std::vector<PhaseKnot>& knots) {
   return phase;
 }
 
-/// Solves the symmetric system a x = b of n unknowns, positive definite, in place of b [Cholesky].
+/// Solves the symmetric positive definite system a x = b of n unknowns in place of b [Cholesky].
 void solve(double (&a)[3][3], double (&b)[3], int n) {
   for (int i = 0; i < n; ++i) {
     for (int j = 0; j <= i; ++j) {
@@ -91,7 +91,7 @@ double power(double g, int l) {
   return product;
 }
 
-/// Coefficient chi_l of sum (2l + 1) chi_l P_l(cosine) / 4 pi.
+/// The coefficient chi_l of sum (2l + 1) chi_l P_l(cosine) / 4 pi.
 double moment(const Phase& phase, int l) {
   switch (phase.kind) {
     case Phase::Kind::isotropic:
@@ -105,7 +105,7 @@ double moment(const Phase& phase, int l) {
     case Phase::Kind::tabulated: {
       double sum = 0;
       for (int i = 1; i < phase.knot_count; ++i) {
-        // Steps in which the polynomials hardly bend.
+        // Steps are so short that the polynomials are almost linear.
         const PhaseKnot low = phase.knots[i - 1], high = phase.knots[i];
         const int steps = 1 + static_cast<int>(64 * (high.cosine - low.cosine));
         const auto knot = [&](int step) {
@@ -121,11 +121,11 @@ double moment(const Phase& phase, int l) {
   return l == 0 ? 1 : 0;
 }
 
-/// How much a series up to `order` lacks of the light that was scattered `scatterings` times at
-/// least, the camera's collisions included: each scattering multiplies the harmonics of order l by
-/// chi_l. In units of the series' first term.
+/// The truncation error of a series up to `order`, for light scattered at least `scatterings`
+/// times, including the collisions of camera paths. Each scattering multiplies the harmonics of
+/// order l by chi_l. The error is relative to the first term of the series.
 double truncation(const Phase& phase, int order, int scatterings) {
-  constexpr int orders = 64;  // the sum is far above what is allowed before it ends
+  constexpr int orders = 64;  // a longer sum is far above the limit already
   double sum = 0;
   for (int l = order + 1; l < orders; ++l)
     sum += (2 * l + 1) * power(std::abs(moment(phase, l)), scatterings);
@@ -134,15 +134,15 @@ double truncation(const Phase& phase, int order, int scatterings) {
 
 }  // namespace
 
-/// Of all smooth parts S = sum (2l + 1) s_l P_l / 4 pi the one with the least integral of
-/// (P - S)^2 / P: the mean square of a path's weight where it goes on for P - S with the directions
-/// of P. Its normal equations are A s = (1, 0, 0) with A_lm = (2l + 1) (2m + 1) / (4 pi)^2 times
-/// the integral of P_l P_m / P, and that mean square is 1 - s_0. Any s is right; this one is
-/// cheapest.
+/// Chooses the smooth part S = sum (2l + 1) s_l P_l / 4 pi with the least integral of (P - S)^2 /
+/// P. That is the mean square weight of a path that continues for P - S with directions sampled
+/// from P. The normal equations are A s = (1, 0, 0), where A_lm is (2l + 1) (2m + 1) / (4 pi)^2
+/// times the integral of P_l P_m / P; the mean square is then 1 - s_0. Any s is unbiased; this one
+/// costs least.
 void split_phase(Phase& phase, int order, int scatterings) {
   constexpr int nodes = 4096;
   constexpr double four_pi = 12.566370614359172954;
-  // Measured on slabs, a tenth of that is missing in the picture: see docs/light.md.
+  // Measured on slabs, an image lacks a tenth of this: see docs/light.md.
   constexpr double most_truncation = 0.02;
   phase.smooth_0 = phase.smooth_1 = phase.smooth_2 = 0;
   phase.is_split = truncation(phase, order, scatterings) > most_truncation;
@@ -166,8 +166,8 @@ void split_phase(Phase& phase, int order, int scatterings) {
     for (int l = 0; l <= order; ++l) smooth += s[l] * p[l];
     largest_weight = std::max(largest_weight, std::abs(1 - smooth / density));
   });
-  // Where the phase function comes near 0, its directions are too rare to make up for a smooth part
-  // that does not. Lobes and droplets stay below 3.
+  // If the phase function is near 0 where the smooth part is not, its directions are too rare to
+  // compensate. Lobes and droplets stay below 3.
   if (largest_weight > 4) return;
   phase.smooth_0 = static_cast<float>(s[0]);
   if (order > 0) phase.smooth_1 = static_cast<float>(s[1]);

@@ -108,26 +108,25 @@ void ResolvedScene::resolve() {
 
 std::uint64_t ResolvedScene::memory(int lights) const {
   const Scene& scene = *scene_;
-  // A pixel: integer tallies of a replicate and of all, what their spread takes, and 20 floats.
+  // Per pixel: integer tallies of a replicate and of all, the data of their spread, and 20 floats.
   const std::array<int, 4>& crop = scene.camera.crop;
   const std::uint64_t pixels = crop[2] == 0
                                    ? product(scene.camera.resolution)
                                    : product(std::array{crop[2] - crop[0], crop[3] - crop[1]});
   const std::uint64_t film = pixels * (2 * sizeof(PixelTally) + 48 + 80);
 
-  // A cell: RGB coefficients and the extinction as 64-bit integers, of this replicate and of the
-  // next, and once more as floats. Of other replicates, coefficients alone.
+  // Per cell: RGB coefficients and the extinction as 64-bit integers for this replicate and the
+  // next one, and once more as floats. Other replicates need only the coefficients.
   const auto moments =
       static_cast<std::uint64_t>(3 * (illumination_order + 1) * (illumination_order + 1));
   const std::uint64_t light =
       illumination.stored
       * ((moments + 1) * (2 * 8 + 4) + static_cast<std::uint64_t>(lights - 1) * moments * 8);
 
-  // A super-voxel: two bounds of each component. A grid: its values here and as the walks read
-  // them.
+  // Per super-voxel: two bounds of each component. Per grid: its values, and a copy for the walks.
   const scene::Medium& medium = scene.medium;
   std::array<int, 3> super_voxels = medium.majorant_resolution;
-  for (int& n : super_voxels) n = n == 0 ? 64 : n;  // where they are chosen, no more
+  for (int& n : super_voxels) n = n == 0 ? 64 : n;  // 0: chosen later, at most 64
   std::uint64_t media = product(super_voxels) * medium.components.size() * 8;
   for (const scene::Component& c : medium.components) {
     if (const auto* grid = std::get_if<scene::DenseGrid>(&c.field))
@@ -140,7 +139,7 @@ std::uint64_t ResolvedScene::memory(int lights) const {
     if (sky && sky->image) media += (12 + 4) * sky->image->texels().size();
   }
 
-  // Bins: RGB, here and in the text they become.
+  // Per bin: RGB, here and as text in the output.
   const scene::Detectors& d = scene.detectors;
   const std::uint64_t bins =
       6 * product(d.flux) + product(d.absorbed) + product(std::array{d.path_length_bins})

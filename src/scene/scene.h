@@ -1,5 +1,5 @@
 /// \file
-/// The keys of a scene: what is in it, and how it is rendered.
+/// The keys of a scene: its contents and the settings of the render.
 #pragma once
 
 #include "scene/camera.h"

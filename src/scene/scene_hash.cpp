@@ -13,7 +13,7 @@ namespace {
 template <class T>
 class MemberHasher;
 
-/// Feeds every value of a scene to the hash, in the order of the keys; variants add their index.
+/// Adds every value of a scene to the hash, in the order of the keys. Variants add their index.
 class SceneHasher {
  public:
   std::uint64_t value() const { return hasher_.value(); }
@@ -68,14 +68,14 @@ class SceneHasher {
   void add(const std::shared_ptr<const scene::PhaseTable>& table) {
     (*this)(table->cosines, table->values);
   }
-  void add(const scene::EnvironmentLight& l) {  // an image takes the place of the radiance
+  void add(const scene::EnvironmentLight& l) {  // an image replaces the radiance
     if (l.image)
       (*this)(true, l.image->hash(), l.rotation);
     else
       (*this)(false, l.radiance);
     (*this)(l.scale, l.group);
   }
-  /// Things that have keys.
+  /// Adds a thing that has keys.
   template <class T>
   requires(std::is_aggregate_v<T>) void add(const T& thing) {
     MemberHasher<T> members(*this, thing);
@@ -104,12 +104,12 @@ class MemberHasher : public scene::Visitor<MemberHasher<T>> {
   const T& thing_;
 };
 
-/// \param seen by whom, by paths of which seed
+/// \param seen by this camera \param gather_seed of the camera paths; unset: the scene's seed
 std::uint64_t hash_of(const ResolvedScene& resolved, const scene::Camera& seen,
                       const std::optional<std::uint64_t>& gather_seed) {
   SceneHasher hash;
-  // All members, so that a new one does not compile before it is considered here. The exposure is
-  // of the preview alone.
+  // Lists all members, so that a new one does not compile until it is considered here. Only
+  // previews use the exposure.
   const auto& [medium, lights, unused_camera, background, sampler, marching_step, integrator,
                photons, illumination_resolution, illumination_order, samples, bounces,
                single_scattering, seed, unused_seed, filter, filter_radius, exposure, detectors] =
@@ -119,10 +119,10 @@ std::uint64_t hash_of(const ResolvedScene& resolved, const scene::Camera& seen,
        filter, filter_radius, background, sampler, marching_step, photons,
        resolved.illumination.cells, illumination_order, samples, seed, integrator, resolved.bounces,
        single_scattering, detectors);
-  // Scenes of before there were grounds keep their hash.
+  // Scenes without grounds keep the hash of versions that had none.
   for (unsigned face = 0; face < 6; ++face)
     if (ground[face]) hash(face, *ground[face]);
-  // So do those whose camera paths draw from the scene's own seed; 6 is no face.
+  // Scenes whose camera paths use the scene's seed also keep their hash. 6 is not a face.
   if (gather_seed.value_or(seed) != seed) hash(6u, *gather_seed);
   return hash.value();
 }

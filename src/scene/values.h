@@ -1,5 +1,5 @@
 /// \file
-/// What all that reads a scene's values wants of them.
+/// Helpers for code that reads the values of a scene.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@ struct Overloaded : Functions... {
 template <class... Functions>
 Overloaded(Functions...) -> Overloaded<Functions...>;
 
-/// Of a sum of linear RGB, Rec. 709 [ITU709].
+/// The luminance of a sum of linear RGB, Rec. 709 [ITU709].
 inline double luminance(std::int64_t r, std::int64_t g, std::int64_t b) {
   return 0.2126 * static_cast<double>(r) + 0.7152 * static_cast<double>(g)
          + 0.0722 * static_cast<double>(b);

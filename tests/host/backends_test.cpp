@@ -1,5 +1,5 @@
 /// \file
-/// The CPU, and several backends as one.
+/// The CPU backend, and several combined backends.
 #include "support/backends.h"
 
 #include <gtest/gtest.h>

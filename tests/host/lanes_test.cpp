@@ -1,5 +1,5 @@
 /// \file
-/// Paths side by side leave what paths one by one leave, bit for bit, in every instruction set.
+/// Paths in lanes have the same results as single paths, bit for bit, in every instruction set.
 #include "host/lanes.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,8 @@ struct Result {
   std::vector<PixelTally> pixels;
 };
 
-/// Photons [begin, end), the matter of all cells, and 2 samples of each pixel of the picture.
+/// Runs photons [begin, end), the extinction of all cells, and 2 samples of each pixel of the
+/// image.
 /// \param call (pass, begin, end) -> void
 template <class Medium, class Sampler, class Call>
 Result run(const PreparedScene& scene, const Medium& medium, const Sampler& sampler,
@@ -83,14 +84,14 @@ void expect_equal(const Result& lanes, const Result& plain) {
   EXPECT_EQ(std::memcmp(&lanes.gathered, &plain.gathered, sizeof(Account)), 0);
 }
 
-/// What there is no warp for.
+/// Runs a pass index by index, for passes without warps.
 template <class Pass>
 void run_plain(const Pass& pass, std::uint64_t begin, std::uint64_t end) {
   for (std::uint64_t i = begin; i < end; ++i) pass(i);
 }
 
-/// Paths in emulated warps: first with launches of two turns, which leave lanes at all stages,
-/// paused over and over, then with long ones.
+/// Runs paths in emulated warps: first with launches of two turns, which leave lanes at all stages
+/// and pause repeatedly, then with long ones.
 template <class Pass>
 requires has_lanes<Pass>
 void run_warp(const Pass& pass, std::uint64_t begin, std::uint64_t end) {
@@ -111,9 +112,9 @@ void run_warp(const Pass& pass, std::uint64_t begin, std::uint64_t end) {
   run_plain(pass, begin, end);
 }
 
-/// \param photons more than there are lanes, or fewer, from `begin` on.
-/// \return what single paths left, and so each instruction set (where no side is periodic) and an
-/// emulated warp.
+/// Expects the same results of single paths, of each instruction set (if no side is periodic), and
+/// of an emulated warp. \param photons from `begin`, more or fewer than there are lanes
+/// \return the account of the single paths.
 Account expect_equal(const Scene& scene, std::uint64_t begin, std::uint64_t photons) {
   const PreparedScene prepared = prepare(scene, 0);
   return std::visit(
@@ -146,7 +147,7 @@ Account expect_equal(const Scene& scene, std::uint64_t begin, std::uint64_t phot
       prepared.medium);
 }
 
-/// The same for a warp of another sampler.
+/// Expects the same results of single paths and of a warp of another sampler.
 void expect_equal(const Scene& scene, const AnySampler& sampler, std::uint64_t photons) {
   const PreparedScene prepared = prepare(scene, 0);
   std::visit(
@@ -217,7 +218,7 @@ TEST(Lanes, keep_the_account_of_coloured_light_that_misses_is_absorbed_and_escap
 TEST(Lanes, tell_detectors_what_single_photons_tell) {
   Scene scene = lit(component(low_variation(6), 30, 1, scene::HenyeyGreensteinPhase{0.6}));
   scene.detectors = {{9, 7}, 1000, 5, 50, 200, {5, 6, 7}};
-  scene.illumination_resolution = {3, 3, 3};  // little matter to measure
+  scene.illumination_resolution = {3, 3, 3};  // few cells to measure
   expect_equal(scene, 0, 4000);
   scene.medium.components[0].albedo = {0.99, 0.8, 0.5};
   scene.medium.components.push_back(
@@ -290,7 +291,7 @@ TEST(Lanes, have_nothing_to_do_in_an_empty_range) {
 TEST(Lanes, give_up_where_single_photons_do) {
   Scene scene = lit(component(low_variation(4), 1e11, 0.5));
   scene.medium.majorant_resolution = {1, 1, 1};
-  scene.camera.resolution = {1, 1};  // each sample takes as long as the photon
+  scene.camera.resolution = {1, 1};  // each sample is as long as the photon
   scene.bounces = 0;
   EXPECT_EQ(expect_equal(scene, 0, 1).ledger.stalled, 1);
 }

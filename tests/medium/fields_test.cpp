@@ -98,7 +98,7 @@ std::vector<Shape> shapes() {
       {"capsule", capsule,
        [=](float u, float v, int face) {
          const Vec3f half{0.1f, -0.2f, 0.05f};
-         if (face < 2) {  // the ends: whole spheres, pushed out of the tube
+         if (face < 2) {  // the ends: whole spheres, moved out of the tube
            const Vec3f end = c + (face == 0 ? 1.0f : -1.0f) * half;
            const Vec3f p = on_sphere(end, 0.12f, u, v);
            const float out = dot(p - end, half) * (face == 0 ? 1.0f : -1.0f);
@@ -197,7 +197,7 @@ TEST(DenseGrid, values_sit_at_the_centres_of_voxels) {
   }
 }
 
-// Resolutions and slopes of few bits: not a bit may be lost.
+// Resolutions and slopes have few bits, so every result must be exact.
 TEST(DenseGrid, a_linear_ramp_is_reproduced_exactly) {
   const auto ramp = [](Vec3f p) { return 1.0f + 2.0f * p.x + 0.5f * p.y + 4.0f * p.z; };
   const Grid grid(8, 16, 4, [&](int i, int j, int k) {
@@ -206,7 +206,7 @@ TEST(DenseGrid, a_linear_ramp_is_reproduced_exactly) {
   });
   Random random;
   for (int n = 0; n < 20000; ++n) {
-    const auto within = [&](float voxels) {  // between the outermost centres, in steps of 2^-10
+    const auto within = [&](float voxels) {  // between the outer centres, in steps of 2^-10
       return std::round(1024 * random(0.5f / voxels, 1 - 0.5f / voxels)) / 1024;
     };
     const Vec3f p{within(8), within(16), within(4)};
@@ -293,13 +293,13 @@ TEST(NoiseCloud, relative_distance_is_0_on_the_axis_and_1_on_the_surface) {
   EXPECT_NEAR(f.relative_distance_squared(f.center), 0, 1e-12);
   EXPECT_NEAR(f.relative_distance_squared(f.center + Vec3f{0.2f, 0, 0}), 1, 1e-5);
   EXPECT_NEAR(f.relative_distance_squared(f.center - Vec3f{0, 0, 0.1f}), 1, 1e-5);
-  const float h = 0.3f;  // higher: the axis leans, the radii grow
+  const float h = 0.3f;  // at this height the axis leans and the radii are larger
   const Vec3f axis = f.center + Vec3f{0.5f * h, h, -0.25f * h};
   const float along = h * h / 0.25f;
   EXPECT_NEAR(f.relative_distance_squared(axis), along, 1e-5);
   EXPECT_NEAR(f.relative_distance_squared(axis + Vec3f{0.2f * (1 + 2 * h), 0, 0}), along + 1, 1e-5);
   EXPECT_NEAR(f.relative_distance_squared(axis + Vec3f{0, 0, 0.1f * (1 + 2 * h)}), along + 1, 1e-5);
-  const float below = -1;  // below the apex the radius stays at a twentieth
+  const float below = -1;  // below the apex the radius stays at 1/20
   const Vec3f low = f.center + Vec3f{0.5f * below, below, -0.25f * below};
   EXPECT_NEAR(f.relative_distance_squared(low + Vec3f{0.2f * 0.05f, 0, 0}), 4 + 1, 1e-3);
 }
@@ -335,7 +335,7 @@ TEST(NoiseCloud, positions_beyond_the_lattice_do_no_harm) {
   EXPECT_EQ(f.density({1e30f, 0.5f, 0.5f}), f.density({32768, 0.5f, 0.5f}));
 }
 
-// ---- Any of them
+// ---- Any field
 
 static_assert(Squeezable<NoiseCloud> && !Squeezable<Solid> && !Squeezable<AnyField>);
 

@@ -15,7 +15,7 @@ float random_number(std::uint64_t index, Purpose purpose = Purpose::walk) {
   return uniform(RandomStream{17, index, Domain::photon}.block(0, purpose).a);
 }
 
-/// The half x < 1/2 of space.
+/// The half-space x < 1/2.
 Solid half_space() {
   Solid s;
   s.body = Solid::Body::cuboid;
@@ -103,7 +103,7 @@ TEST(SingleMedium, a_look_up_outside_its_bounds_is_a_violation) {
 }
 
 TEST(MixedMedium, hits_each_component_in_proportion_to_its_extinction) {
-  // Upper bounds 1, 4, 7, 8 of extinctions 0.5, 4, 0 (here) and 2.
+  // The upper bounds are 1, 4, 7, 8; the extinctions 0.5, 4, 0 (at this point) and 2.
   Solid elsewhere = half_space();
   elsewhere.center.x = 50;
   const std::vector<Component<AnyField>> parts = {dense(0.5f), dense(4), dense(6, elsewhere),
@@ -120,7 +120,7 @@ TEST(MixedMedium, hits_each_component_in_proportion_to_its_extinction) {
   EXPECT_EQ(hits[2], 0);
   EXPECT_GT(test::chi_square_test(hits, {0.5, 4, 0, 2, 13.5}).p, 1e-4);
   EXPECT_EQ(count.violations, 0);
-  // No look-up below the minorants, 4.25 of 20; one at most otherwise.
+  // No look-up below the minorants, 4.25 of 20; otherwise at most one.
   EXPECT_GT(test::proportion_p(count.lookups, n, 15.75 / 20), 1e-4);
 }
 
@@ -149,7 +149,7 @@ TEST(MixedMedium, above_the_sum_by_a_rounding_error_is_a_virtual_particle) {
 }
 
 TEST(Medium, reads_the_bounds_of_the_right_component_and_super_voxel) {
-  // 2 components, 6 super-voxels: the majorant of each pair is a number of its own.
+  // 2 components, 6 super-voxels: each pair has a different majorant.
   MajorantGrid grid;
   grid.nx = 3, grid.ny = 2, grid.nz = 1;
   grid.components = 2;

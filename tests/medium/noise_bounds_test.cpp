@@ -1,4 +1,4 @@
-// The proof behind docs/bounds.md: branch and bound over one lattice cell, in interval arithmetic.
+// The proof for docs/bounds.md: branch and bound over one lattice cell, in interval arithmetic.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -66,7 +66,7 @@ Enclosure larger(const Enclosure& a, const Enclosure& b) {
 }
 Enclosure absolute(const Enclosure& a) { return larger(a, -a); }
 
-// The same text in plain numbers, for points.
+// Overloads for plain numbers, to evaluate points.
 double larger(double a, double b) { return std::max(a, b); }
 double absolute(double a) { return std::abs(a); }
 
@@ -93,7 +93,7 @@ Interval polynomial(Interval t, std::initializer_list<double> coefficients) {
   for (double c : coefficients) r = r * t + c;
   return r;
 }
-// p over t: the smaller of its interval value and of its mean value form.
+// The range of p over t: the intersection of its interval value and its mean value form.
 Interval tight(Interval t, std::initializer_list<double> p,
                std::initializer_list<double> derivative) {
   const double middle = 0.5 * (t.low + t.high);
@@ -118,7 +118,7 @@ Fade<Enclosure> fades(const Enclosure& t) {
 double number(double, double x) { return x; }
 Enclosure number(const Enclosure&, double x) { return constant(x); }
 
-// ---- The suprema over all choices of gradients, as functions of the place in the cell.
+// ---- The suprema over all choices of gradients, as functions of the position in the cell.
 template <class T>
 T largest_noise(const T& x, const T& y, const T& z) {
   const T one = number(x, 1);
@@ -156,13 +156,13 @@ struct Part {
 };
 
 struct Proof {
-  double upper;  // proven: nowhere more
-  double lower;  // proven: somewhere at least
+  double upper;  // proven upper bound of the supremum
+  double lower;  // proven lower bound of the supremum
   int parts;
 };
 
-// Halves the part of the largest bound until none exceeds `claim`, until a point above `claim` is
-// found, or for too long.
+// Halves the part with the largest bound until no bound exceeds `claim`, a point above `claim` is
+// found, or there are too many parts.
 template <class Function>
 Proof bound_supremum(Function f, double claim) {
   Proof proof{0, 0, 0};
@@ -207,7 +207,7 @@ Proof bound_supremum(Function f, double claim) {
 const auto noise_supremum = [](auto x, auto y, auto z) { return largest_noise(x, y, z); };
 const auto curvature_supremum = [](auto x, auto y, auto z) { return largest_curvature(x, y, z); };
 
-// ---- The same noise in double, with any choice of gradients at the 8 corners.
+// ---- The noise in double, with any choice of gradients at the 8 corners.
 struct Gradient {
   double x, y, z;
 };
@@ -320,7 +320,7 @@ TEST(NoiseBounds, suprema_have_the_symmetries_that_the_proof_uses) {
   }
 }
 
-// The bound also holds for what float arithmetic returns.
+// The bound also holds for the results of float arithmetic.
 TEST(NoiseBounds, noise_bound_is_proven) {
   const double claim = double{noise_bound} - double{noise_rounding};
   const Proof proof = bound_supremum(noise_supremum, claim);
@@ -366,8 +366,8 @@ TEST(NoiseBounds, float_noise_is_within_its_rounding_of_the_exact_one) {
   double most = 0;
   for (int n = 0; n < 500'000; ++n) {
     const std::uint32_t seed = random.word();
-    // Half of them near corners of large s, where the fade rounds worst; some at negative
-    // coordinates.
+    // Half of the points lie near corners with large s, where the fade rounds worst; some have
+    // negative coordinates.
     const double span = n % 2 == 0 ? 8 : 0.05, shift = n % 2 == 0 ? -4 : 0.95 - n % 3;
     const Vec3f p{static_cast<float>(shift + span * random()),
                   static_cast<float>(shift + span * random()),
@@ -378,7 +378,7 @@ TEST(NoiseBounds, float_noise_is_within_its_rounding_of_the_exact_one) {
   EXPECT_GT(most, 1e-7);
 }
 
-// Every float from 1/16 to 1; below, the fade is small and so is its error.
+// Tests every float from 1/16 to 1; below, the fade and its error are small.
 TEST(NoiseBounds, the_fade_is_within_20_half_ulp_of_1) {
   double most = 0;
   for (std::uint32_t bits = float_bits(0x1p-4f); bits <= float_bits(1); ++bits) {

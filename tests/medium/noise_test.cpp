@@ -18,7 +18,7 @@ struct Place {
   std::int64_t x, y, z;
 };
 
-// The gradient at a point of the lattice, as gradient_noise chooses it.
+// The gradient that gradient_noise uses at a point of the lattice.
 std::uint32_t gradient_at(Place p, std::uint32_t seed) {
   return lattice_hash((static_cast<std::uint32_t>(p.x) * lattice_x)
                       ^ (static_cast<std::uint32_t>(p.y) * lattice_y)
@@ -32,7 +32,7 @@ constexpr std::array<Place, 6> corners{{{0, 0, 0},
                                         {(1 << 30) - 64, (1 << 30) - 64, (1 << 30) - 64},
                                         {123456789, 987654321, 1000000007}}};
 
-// Calls f for the points of a block of the lattice.
+// Calls f for each point of a block of the lattice.
 template <class F>
 void for_block(Place corner, int size, std::int64_t stride, F f) {
   for (int k = 0; k < size; ++k) {
@@ -74,14 +74,14 @@ TEST(Noise, is_continuous_across_the_faces_of_cells) {
     float p[3];
     for (float& c : p) c = static_cast<float>(16 * unit(random)) - 8.0f;
     const int axis = n % 3;
-    const float face = static_cast<float>(n % 16) - 8.0f;  // 0 among them
+    const float face = static_cast<float>(n % 16) - 8.0f;  // includes 0
     const std::uint32_t seed = static_cast<std::uint32_t>(random());
     float at[3];
     for (int side = 0; side < 3; ++side) {
       p[axis] = face + static_cast<float>(side - 1) * 1e-5f;
       at[side] = gradient_noise({p[0], p[1], p[2]}, seed);
     }
-    ASSERT_NEAR(at[0], at[1], 6e-5) << face;  // slope at most 3.75, and the rounding
+    ASSERT_NEAR(at[0], at[1], 6e-5) << face;  // slope at most 3.75, plus rounding
     ASSERT_NEAR(at[2], at[1], 6e-5) << face;
     p[axis] = -1e-30f;  // rounds up to the far face of its cell
     const float below = gradient_noise({p[0], p[1], p[2]}, seed);
@@ -122,7 +122,7 @@ TEST(Noise, every_gradient_is_equally_likely_everywhere) {
   EXPECT_GT(test::sidak_p(p), 1e-4);
 }
 
-// Joint counts of two gradients, against 144 equal ones.
+// Tests joint counts of two gradients against 144 equal ones.
 template <class First, class Second>
 double independence_p(Place corner, int size, First first, Second second) {
   std::vector<std::int64_t> counts(144);
@@ -173,11 +173,11 @@ TEST(Noise, octaves_of_all_seeds_differ) {
   for (std::uint32_t seed = 0; seed < 2000; ++seed) {
     for (int k = 1; k <= 15; ++k) seeds.insert(octave_seed(seed, k));
   }
-  EXPECT_GT(seeds.size(), 29990u);  // of 30000 random numbers of 32 bits, 0.1 pairs collide
+  EXPECT_GT(seeds.size(), 29990u);  // among 30000 random 32-bit numbers, 0.1 pairs collide
 }
 
-// Up to 64 volumes of 32768 lattice points. (From 2^24 points on, 32 bits of coordinates combined
-// by xor leave too few for three independent axes: gradients that far apart are correlated.)
+// Up to 64 volumes of 32768 lattice points. (From 2^24 points on, 32 bits of coordinates, combined
+// by xor, are too few for three independent axes: gradients at such distances are correlated.)
 TEST(Noise, gradients_have_no_period) {
   std::vector<double> p;
   std::vector<std::int64_t> distances;

@@ -24,12 +24,12 @@ struct Case {
 };
 
 Phase tabulated(const std::vector<double>& cosines, const std::vector<double>& values) {
-  static std::vector<std::vector<PhaseKnot>> tables;  // of all tests, to their end
+  static std::vector<std::vector<PhaseKnot>> tables;  // outlive all tests
   const auto table = std::make_shared<const scene::PhaseTable>(scene::PhaseTable{cosines, values});
   return prepare_phase(scene::TabulatedPhase{table}, 2, 1, tables);
 }
 
-/// Mean cosine of a table, which is linear between its rows.
+/// The mean cosine of a table, which is linear between its rows.
 double mean_cosine_of(const std::vector<double>& cosines, const std::vector<double>& values) {
   double sum = 0, all = 0;
   for (std::size_t i = 1; i < cosines.size(); ++i) {
@@ -49,7 +49,7 @@ Phase two_lobes(float g1, float g2, float weight) {
   return {Phase::Kind::two_lobes, g1, g2, weight};
 }
 
-/// Henyey-Greenstein's for g = 0.9 at uneven rows: what is tabulated is close to it.
+/// A table of Henyey-Greenstein with g = 0.9 at non-uniform rows, which is close to it.
 Case tabulated_lobe() {
   const Phase lobe{Phase::Kind::henyey_greenstein, 0.9f};
   std::vector<double> cosines, values;
@@ -83,10 +83,10 @@ std::vector<Case> cases() {
   return all;
 }
 
-// Integral over the sphere of evaluate() times f(cosine), between two angles.
+// The integral over the sphere of evaluate() times f(cosine), between two angles.
 template <class F>
 double integral(const Phase& phase, F f, double from = 0, double to = exact_pi, int steps = 20000) {
-  std::vector<double> ends{from, to};  // of smooth pieces
+  std::vector<double> ends{from, to};  // ends of smooth pieces
   for (int i = 0; i < phase.knot_count; ++i) {
     const double theta = std::acos(double{phase.knots[i].cosine});
     if (theta > from && theta < to) ends.push_back(theta);
@@ -124,7 +124,7 @@ TEST(Phase, values_are_the_textbook_ones) {
   for (const Case& c : cases()) EXPECT_EQ(c.phase.pdf(0.4f), c.phase.evaluate(0.4f)) << c.name;
 }
 
-// Positive g scatters forwards, in what is evaluated as in what is sampled.
+// Positive g scatters forwards, both in evaluation and in sampling.
 TEST(Phase, mean_cosine_is_g) {
   for (const Case& c : cases()) {
     EXPECT_NEAR(integral(c.phase, [](double x) { return x; }), c.mean_cosine, 2e-5) << c.name;
@@ -145,7 +145,7 @@ TEST(Phase, moments_match_quadrature) {
   }
 }
 
-// The mean square of what a path's weight is multiplied by, which must not grow.
+// The mean square of the factor of a path's weight, which must be at most 1.
 double mean_square_of_rest(const Phase& phase) {
   double sum = 0;
   const int n = 200000;
@@ -209,7 +209,7 @@ TEST(PhaseSplit, is_left_out_where_the_grid_lacks_little) {
   EXPECT_TRUE(is_split(two_lobes(0.9f, -0.2f, 0.5f), 2, 3));
 }
 
-// Directions that the phase function never takes could not make up for what was read there.
+// Directions with phase function 0 are never sampled, so they could not compensate a smooth part.
 TEST(PhaseSplit, reads_nothing_where_the_phase_function_has_gaps) {
   const Phase gap = tabulated({-1, -0.5, 0, 1}, {0, 0, 1, 3});
   EXPECT_TRUE(gap.is_split);
@@ -230,7 +230,7 @@ TEST(Phase, cosines_are_within_minus_1_and_1_and_monotone) {
       ASSERT_GE(rises ? cosine - last : last - cosine, -2e-4f) << c.name;
       last = cosine;
     }
-    if (c.phase.kind == Phase::Kind::tabulated) continue;  // may end in nothing
+    if (c.phase.kind == Phase::Kind::tabulated) continue;  // its last interval may be 0
     EXPECT_NEAR(last, rises ? 1 : -1, 1e-4) << c.name;
   }
 }
@@ -249,8 +249,8 @@ TEST(Phase, henyey_greenstein_samples_are_exact_quantiles) {
   }
 }
 
-// By the table itself, in double: the probability of what is below a sample is the number it was
-// made of, up to what single precision resolves of either.
+// Integrates the table in double: the probability below a sample is the random number that it was
+// made from, within the single precision of both.
 TEST(Phase, tabulated_samples_are_exact_quantiles) {
   for (const Case& c : cases()) {
     if (c.phase.kind != Phase::Kind::tabulated) continue;
@@ -296,7 +296,7 @@ TEST(Phase, rayleigh_samples_solve_the_cubic) {
   }
 }
 
-// Directions about an axis, in 40 rings of 8 sectors, against the integral of evaluate() over them.
+// Compares directions about an axis, in 40 rings of 8 sectors, with integrals of evaluate().
 TEST(Phase, samples_follow_the_phase_function) {
   const int rings = 40, sectors = 8, n = 200000;
   const Vec3f axes[] = {{0, 0, 1}, {0, 0, -1}, normalize(Vec3f{0.6f, -0.7f, -0.2f})};
@@ -319,7 +319,7 @@ TEST(Phase, samples_follow_the_phase_function) {
             RandomStream{seed, static_cast<std::uint64_t>(i), Domain::photon}.block(1,
                                                                                     Purpose::walk);
         const Vec3f d = c.phase.sample(axis, uniform_symmetric(r.c), uniform_symmetric(r.d));
-        // From both components: near the axis the cosine alone does not tell the angle.
+        // Uses both components: near the axis the cosine alone does not resolve the angle.
         const double across = std::hypot(dot(d, s), dot(d, t));
         const double theta = std::atan2(across, static_cast<double>(dot(d, axis)));
         const double phi = std::atan2(dot(d, t), dot(d, s)) / (2 * exact_pi) + 0.5;

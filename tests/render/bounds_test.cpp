@@ -1,5 +1,5 @@
-// That no density is beyond the bounds of its region; the proofs are in docs/bounds.md. Noise
-// clouds at length: tests/statistical/bounds_test.cpp.
+// No density exceeds the bounds of its region; docs/bounds.md has the proofs. Longer tests of noise
+// clouds: tests/statistical/bounds_test.cpp.
 #include "tyndall/render/bounds.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ bool contains(const Region& r, Vec3f p) {
          && std::abs(p.z - r.center.z) <= r.half.z;
 }
 
-/// A point of `r`: half of them on its faces, edges or corners.
+/// A random point of `r`; half of the points lie on its faces, edges or corners.
 Vec3f point_of(const Region& r, Random& random) {
   glm::dvec3 t = random.vector(-1, 1);
   if (random.engine() & 1) {
@@ -41,7 +41,7 @@ template <class Field>
 struct Report {
   Field field;
   int outside = 0, points = 0;
-  int open = 0, regions = 0;  // of the regions, those whose bounds leave a choice
+  int open = 0, regions = 0;  // open: regions whose bounds do not decide
 
   void look(const Region& r, int n, Random& random) {
     const Bounds bounds = density_bounds(field, r);
@@ -91,11 +91,11 @@ TEST(Bounds, hold_for_solids) {
   }
 }
 
-// Small boxes at the origin that just miss or just meet the surface of a huge sphere: what is
-// rounded is the distance to a centre far away.
+// Small boxes at the origin just miss or just touch the surface of a huge sphere: the distance to
+// its far centre is rounded.
 TEST(Bounds, hold_at_the_surface_of_a_sphere_much_larger_than_the_box) {
   Random random(2);
-  const glm::dvec3 exact[] = {{3, 4, 0}, {1, -2, 2}, {-2, 3, 6}, {0, -5, -12}};  // of whole length
+  const glm::dvec3 exact[] = {{3, 4, 0}, {1, -2, 2}, {-2, 3, 6}, {0, -5, -12}};  // integer length
   Report<Solid> report{};
   for (int n = 0; n < 40000; ++n) {
     const glm::dvec3 center = std::ldexp(1.0, n % 16) * exact[n / 16 % 4];
@@ -120,7 +120,7 @@ struct Grid {
         view{{nx, ny, nz}, values.data(), nearest, {}} {}
 };
 
-// Every box whose faces are at quarters of voxels, and every point at eighths.
+// All boxes with faces at quarters of voxels, and all points at eighths.
 TEST(Bounds, hold_at_every_eighth_of_a_voxel_of_small_dense_grids) {
   for (const bool nearest : {false, true}) {
     const int n[3] = {2, 3, 1};
@@ -128,7 +128,7 @@ TEST(Bounds, hold_at_every_eighth_of_a_voxel_of_small_dense_grids) {
     const auto at = [&](int i, int j, int k, int parts) {
       return glm::dvec3(i, j, k) / (double(parts) * glm::dvec3(n[0], n[1], n[2]));
     };
-    // Densities at all points, and a margin of half a voxel around the cube.
+    // Densities at all points, with a margin of half a voxel around the cube.
     struct Sample {
       Vec3f p;
       float density;
@@ -143,7 +143,7 @@ TEST(Bounds, hold_at_every_eighth_of_a_voxel_of_small_dense_grids) {
       }
     }
     std::vector<Region> regions;
-    for (int axis = 0; axis < 3; ++axis) {  // all intervals along one axis, few along the others
+    for (int axis = 0; axis < 3; ++axis) {  // all intervals along one axis, some along the others
       const int most = 4 * n[axis] + 2;
       for (int low = -2; low < most; ++low) {
         for (int high = low; high <= most; ++high) {
@@ -189,9 +189,9 @@ TEST(Bounds, hold_for_dense_grids_at_random) {
   }
 }
 
-// ---- Noise clouds against samples that are taken one by one
+// ---- Noise clouds against samples computed one by one
 
-/// Section 4 of docs/bounds.md in its plainest form: the noise at the corners of n x n x n boxes.
+/// The simplest form of docs/bounds.md, section 4: the noise at the corners of n x n x n boxes.
 Bounds of_plain_samples(const NoiseCloud& f, const Region& r, int n) {
   const glm::dvec3 edge = 2.0 * r.half / static_cast<double>(n);
   int sampled = 0;
@@ -241,7 +241,7 @@ TEST(Bounds, of_noise_hold_and_are_as_close_as_those_of_plain_samples) {
   EXPECT_EQ(report.outside, 0);
 }
 
-// Where the high octaves are faint the slack is small: a wrong sample shows.
+// Faint high octaves make the slack small, so that a wrong sample shows.
 TEST(Bounds, of_smooth_noise_are_close_to_its_densities) {
   Random random(8);
   Report<NoiseCloud> report{};
@@ -290,7 +290,7 @@ TEST(Bounds, hold_for_noise_far_from_the_origin_and_beyond_the_lattice) {
   }
 }
 
-// No octaves: what the samples of the body miss is the whole difference.
+// Without octaves, the only difference is the curvature of the body between its samples.
 TEST(Bounds, hold_for_bodies_alone_and_are_close) {
   Random random(6);
   const auto number = [&](double low, double high) {
@@ -304,11 +304,11 @@ TEST(Bounds, hold_for_bodies_alone_and_are_close) {
     const Region r{random.vector(), random(0.0, 0.1) * random.vector(0.2, 1)};
     f.center = to_float(n % 2 == 0 ? random.vector() : r.center + 0.03 * random.vector(-1, 1));
     f.inverse_radii = {number(0, 5), number(0, 5), number(0, 5)};
-    f.growth = number(-4, 4);  // the apex is in the box now and then
+    f.growth = number(-4, 4);  // sometimes the apex is in the box
     f.lean_x = number(-1, 1);
     f.lean_z = number(-1, 1);
     f.falloff = 1;
-    // Steep enough that the densities of the region fill [0, 1], and no more.
+    // Just steep enough that the densities of the region do not leave [0, 1].
     double least = 1e300, most = -1e300, corners = -1e300;
     std::vector<Vec3f> points;
     for (int i = 0; i < 500; ++i) {
@@ -348,7 +348,7 @@ TEST(Bounds, hold_for_plumes_whose_axis_leans_from_far_away) {
     NoiseCloud& f = report.field;
     f.octaves = 1;
     f.gain = 0.5f;
-    f.contrast = 10;  // steep: a small error shows
+    f.contrast = 10;  // steep, so that a small error shows
     f.coverage = 0.5f;
     f.falloff = 4;
     f.inverse_radii = {2, 0, 3};

@@ -1,5 +1,5 @@
 /// \file
-/// Pixels that are left out are black: no ray of theirs meets the medium.
+/// Pixels that are left out are black: none of their rays hits the medium.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ Scene seen_from(glm::dvec3 position, scene::Filter filter = scene::Filter::box) 
   return scene;
 }
 
-/// \return of the pixels, how many are listed, and how many of those rays meet.
+/// \return the number of listed pixels, and of pixels with a ray that hits the box.
 std::pair<std::size_t, std::size_t> check(const Scene& scene) {
   const PreparedScene prepared = prepare(scene, 1);
   const std::vector<std::uint32_t>& listed = prepared.bright_pixels;
@@ -32,7 +32,7 @@ std::pair<std::size_t, std::size_t> check(const Scene& scene) {
   for (std::uint64_t pixel = 0; pixel < prepared.pixels(); ++pixel) {
     const std::uint64_t stream = camera.window.stream(pixel, 0);
     bool meets = false;
-    constexpr int n = 9;  // the corners of the footprint among them
+    constexpr int n = 9;  // includes the corners of the footprint
     for (int i = 0; i < n * n; ++i) {
       const auto at = [&](int cell, int whole, int k) {
         const float u = static_cast<float>(k) / (n - 1);
@@ -63,7 +63,7 @@ TEST(BrightPixels, are_all_that_see_the_medium_and_few_others) {
           }
           scene.camera.crop = crop;
           const auto [listed, meeting] = check(scene);
-          if (listed == 0) continue;  // all
+          if (listed == 0) continue;  // means all pixels
           EXPECT_LE(listed, meeting + meeting / 4 + 20) << position.x;
           EXPECT_GT(meeting, 0u);
         }

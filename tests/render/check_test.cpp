@@ -19,7 +19,7 @@ Scene good() {
   return scene;
 }
 
-/// \return the paths of all errors, one after the other.
+/// \return the paths of all errors, concatenated.
 std::string errors(const Scene& scene) {
   std::string paths;
   for (const Problem& problem : check(scene).errors)
@@ -55,7 +55,7 @@ TEST(Check, FindsNumbersThatAreNotFinite) {
       "lights[0].power[1] background[0] preview.exposure camera.position[1] camera.fov");
 }
 
-/// \return the paths of all warnings, one after the other.
+/// \return the paths of all warnings, concatenated.
 std::string warnings(const Scene& scene) {
   std::string paths;
   for (const Problem& problem : check(scene).warnings)
@@ -112,7 +112,7 @@ TEST(Check, KnowsTheOrderThatPhaseFunctionsNeed) {
   EXPECT_EQ(needed_illumination_order(scene), 2);
   scene.medium.components[0].albedo = glm::dvec3(0.0);  // scatters nothing
   EXPECT_EQ(needed_illumination_order(scene), 0);
-  for (const int order : {-1, 0, 1, 2}) {  // paths go on for what a low order lacks
+  for (const int order : {-1, 0, 1, 2}) {  // paths trace the light that a low order lacks
     scene = good();
     scene.illumination_order = order;
     EXPECT_EQ(errors(scene), "");
@@ -149,7 +149,7 @@ TEST(Check, WarnsOfPeaksBeyondSinglePrecision) {
   EXPECT_EQ(warned(rows({-1, 0.9, 0.9 + 1e-9, 1}, {1, 1, 3, 3})), "") << "a step";
 }
 
-// Paths cannot sample such a light, nor go on for what the harmonics lack of it.
+// Paths cannot sample such a light, and cannot trace the part that the harmonics lack.
 TEST(Check, WarnsOfPeaksThatReadUnsampledLights) {
   Scene scene = good();
   scene.bounces = 0;
@@ -200,7 +200,7 @@ TEST(Check, GroundsAreOpenFacesThatLightDoesNotEnterThrough) {
   scene.medium.ground[0] = glm::dvec3(1.0);
   EXPECT_EQ(errors(scene), "medium.ground.-y lights[0].direction");
   scene.medium.ground[0] = {};
-  scene.lights[0] = PointLight{{0.5, 0.5, 0.5}};  // no path from a ground could ask its images
+  scene.lights[0] = PointLight{{0.5, 0.5, 0.5}};  // paths from a ground cannot sample its images
   scene.bounces = 0;
   EXPECT_EQ(errors(scene), "medium.ground.-y lights[0]");
   scene.medium.ground[2] = {};

@@ -1,5 +1,5 @@
 /// \file
-/// Several backends as one give the bits of one.
+/// Several combined backends give the same bits as one.
 #include <gtest/gtest.h>
 
 #include "support/forwarding.h"
@@ -33,7 +33,7 @@ TEST(Combined, one_renders_many_scenes) {
               render(scene, *make_cpu_backend()).hashes.tallies);
 }
 
-/// Breaks down where it is to shoot.
+/// Fails when it has to shoot.
 class Breaking final : public ForwardingBackend {
  public:
   std::uint64_t shoot(IndexRange) override { throw Error(ExitCode::device, "lost"); }
@@ -41,7 +41,7 @@ class Breaking final : public ForwardingBackend {
 
 TEST(Combined, what_one_throws_ends_the_render) {
   Scene scene = quick();
-  scene.photons = 100000000;  // more than the others would want to shoot alone
+  scene.photons = 100000000;  // far more than the others could shoot alone
   std::vector<std::unique_ptr<Backend>> backends = processors(2);
   backends.push_back(std::make_unique<Breaking>());
   RenderOptions options;

@@ -1,6 +1,6 @@
 /// \file
-/// Detectors sort what the ledger counts: their bins add up to it, bit for bit, and light is where
-/// it must be.
+/// Detectors sort the light that the ledger counts. Their bins add up to the ledger, bit for bit,
+/// and light is in the right bins.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 
 using Sums = std::vector<std::int64_t>;
 
-/// Of `count` bins from `begin` on, in a channel.
+/// The sum of `count` bins from `begin`, in one channel.
 std::int64_t total(const RenderResult& result, std::size_t begin, std::size_t count, int channel) {
   std::int64_t sum = 0;
   for (std::size_t i = begin; i < begin + count; ++i)
@@ -21,7 +21,7 @@ std::int64_t total(const RenderResult& result, std::size_t begin, std::size_t co
   return sum;
 }
 
-/// All of them, with more bins than light reaches and fewer.
+/// Adds all detectors: some have more bins than light reaches, others fewer.
 void add_detectors(Scene& scene) { scene.detectors = {{5, 3}, 7, 1.5, 4, 6, {3, 4, 2}}; }
 
 Scene watched() {
@@ -32,7 +32,7 @@ Scene watched() {
   return scene;
 }
 
-/// Next to nothing in a box of 2 x 1 x 3.
+/// A box of 2 x 1 x 3 with almost no medium.
 Scene empty_box() {
   Scene scene = furnace({component(scene::Solid{}, 1e-6)});
   scene.medium.box_max = {2, 1, 3};
@@ -76,7 +76,7 @@ TEST(DetectorsOfPhotons, add_up_to_the_ledger_bit_for_bit) {
   expect_like_the_ledger(scene);
 }
 
-/// Half of a beam stays where it meets the ground.
+/// A ground absorbs half of a beam where the beam hits it.
 TEST(DetectorsOfPhotons, find_what_a_ground_takes_where_it_is) {
   Scene scene = empty_box();
   scene.detectors.flux = {2, 4};
@@ -110,7 +110,7 @@ TEST(DetectorsOfPhotons, change_no_picture_but_the_hash_of_the_tallies) {
   EXPECT_NE(without.hashes.tallies, with.hashes.tallies);
 }
 
-/// A beam through a corner of one face, straight to the corner of another.
+/// A straight beam from the corner of one face to the corner of another.
 TEST(DetectorsOfPhotons, find_a_beam_where_it_is) {
   Scene scene = empty_box();
   add_detectors(scene);
@@ -128,7 +128,7 @@ TEST(DetectorsOfPhotons, find_a_beam_where_it_is) {
   EXPECT_TRUE(only_in(d.angle_begin() + 3));
 }
 
-/// Each face's u and v are the two other axes, in the order x, y, z.
+/// u and v of a face are the two other axes, in the order x, y, z.
 TEST(DetectorsOfPhotons, have_the_axes_of_point_on_face) {
   Detectors d;
   d.flux_u = 7, d.flux_v = 5;
@@ -168,7 +168,7 @@ TEST(DetectorsOfPhotons, keep_what_is_beyond_in_their_last_bins) {
   EXPECT_EQ(bins(d.scattering_begin(), 3), (Sums{1, 1, 3}));
 }
 
-/// A slanting beam between periodic sides goes far beyond the box, and all of its way counts.
+/// An oblique beam between periodic sides travels far beyond the box; its whole path counts.
 TEST(DetectorsOfPhotons, measure_ways_through_periodic_sides) {
   for (const scene::Sampler sampler :
        {scene::Sampler::super_voxel, scene::Sampler::woodcock, scene::Sampler::ray_marching}) {
@@ -181,7 +181,7 @@ TEST(DetectorsOfPhotons, measure_ways_through_periodic_sides) {
     const double cosine = 0.1, sine = std::sqrt(1 - cosine * cosine);
     scene.lights = {scene::DirectionalLight{{0.6 * sine, -0.8 * sine, cosine}, glm::dvec3(1)}};
     scene.detectors.path_length_bins = 101;
-    scene.detectors.path_length_max = 10.1;  // a bin about 10 = 1 / cosine
+    scene.detectors.path_length_max = 10.1;  // a bin around 10 = 1 / cosine
     scene.detectors.path_length_max += 0.05;
     const RenderResult result = render(scene, *make_cpu_backend());
     const std::size_t bin = static_cast<std::size_t>(10 / 10.15 * 101);

@@ -1,5 +1,5 @@
 /// \file
-/// One seed, one result: whatever the threads, the batches and the place in the world.
+/// A seed has one result, for any number of threads, any batches and any position in the world.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -66,7 +66,7 @@ TEST(Determinism, another_seed_gives_another_picture) {
   EXPECT_NE(first.pixels, second.pixels);
 }
 
-// Grain moves, and the light stays, be it shot or kept.
+// The grain changes but the light does not, whether it is shot again or kept.
 TEST(Determinism, another_seed_of_the_gather_changes_the_samples_alone) {
   Scene scene = all_sorts(), other = all_sorts();
   scene.detectors.flux = other.detectors.flux = {3, 3};
@@ -98,7 +98,7 @@ TEST(Determinism, split_ranges_add_up_to_the_whole) {
   whole->shoot({0, 3000});
   whole->measure(measurement::scattering, {0, cells});
   parts->load(prepared, {});
-  parts->shoot({1234, 3000});  // the order does not matter either
+  parts->shoot({1234, 3000});  // any order
   parts->shoot({0, 1});
   parts->shoot({1, 1234});
   parts->measure(measurement::scattering, {77, cells});
@@ -137,7 +137,7 @@ TEST(Determinism, split_ranges_add_up_to_the_whole) {
   EXPECT_EQ(film.clamped, film_of_parts.clamped);
 }
 
-// Local space begins at the corner of the box: wherever the scene is, its bits are the same.
+// Local space begins at the corner of the box, so the result has the same bits anywhere.
 TEST(Determinism, a_scene_moved_far_away_keeps_its_hash) {
   const Scene scene = all_sorts();
   const Hashes reference = hashes(scene);

@@ -1,5 +1,5 @@
 /// \file
-/// Any number of ranks gives the bits of one; here they are threads.
+/// Any number of ranks gives the same bits as one. Here the ranks are threads.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -16,7 +16,7 @@
 namespace tyndall::test {
 namespace {
 
-/// What the ranks share.
+/// The shared state of the ranks.
 struct Machine {
   explicit Machine(int n) : size(n), all(n) {}
   const int size;
@@ -58,7 +58,7 @@ class ThreadRank final : public Communicator {
   const int rank_;
 };
 
-/// \param others the scene that ranks other than 0 have
+/// \param others the scene of the ranks other than 0
 RenderResult render_by(int n, const Scene& scene, const Scene& others,
                        const RenderOptions& options = {}) {
   Machine machine(n);

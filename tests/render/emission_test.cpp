@@ -26,7 +26,7 @@ double luminance(float temperature) {
   return 0.2126729 * c.x + 0.7151522 * c.y + 0.0721750 * c.z;
 }
 
-// The candela was defined by it until 1979: 60 candela per square centimetre.
+// Until 1979, it defined the candela: 60 candela per square centimetre.
 TEST(Blackbody, has_the_luminance_of_freezing_platinum) {
   EXPECT_NEAR(683 * luminance(2042.15f) / 6.0e5, 1, 0.005);
 }
@@ -68,7 +68,7 @@ TEST(Blackbody, is_black_where_it_is_cold_and_never_darker_where_it_is_hotter) {
   EXPECT_EQ(largest(blackbody(1e9f)), largest(blackbody(65535)));
 }
 
-// Planck's law anew, at temperatures between the entries.
+// Compares with Planck's law at temperatures between the entries.
 TEST(Blackbody, lies_on_its_table_within_a_thousandth) {
   for (const float t : {903.7f, 1500.3f, 2345.6f, 5778.0f, 12345.0f}) {
     const float below = bits_float(float_bits(t) & ~0x3fffu),
@@ -98,7 +98,7 @@ TEST(EmissionCells, are_sampled_by_their_weights) {
   EXPECT_EQ(cells.sample(0xffffffffu), 7);
 }
 
-// Every point of every cell emits no more than the cell's bound.
+// No point of a cell emits more than the cell's bound.
 TEST(Glow, bounds_hold_everywhere) {
   scene::Component hot = test::component(test::high_variation(4), 25, 0.3);
   scene::DenseGrid temperatures = test::random_grid(5, 4, 6, 5);

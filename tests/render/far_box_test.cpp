@@ -1,6 +1,6 @@
 /// \file
-/// A scene far from the origin is what it is there: all but noise comes to the box in double
-/// precision.
+/// A scene far from the origin renders as at the origin: all fields except noise are moved to the
+/// box in double precision.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -33,7 +33,7 @@ scene::SparseGrid lump(glm::dvec3 place) {
   return field;
 }
 
-/// A box of unit size at `place`, with matter of every kind but noise.
+/// A unit box at `place`, with every kind of medium except noise.
 Scene scene_at(glm::dvec3 place) {
   scene::Component grid = component(random_grid(5, 4, 3, 1), 4, 0.9);
   grid.transform[3] = glm::dvec4(place, 1);

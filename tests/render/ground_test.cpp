@@ -1,5 +1,5 @@
 /// \file
-/// Grounds: what they reflect, take, hide and show.
+/// Grounds reflect, absorb, hide and show light.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace tyndall::test {
 namespace {
 
-/// Next to nothing in the unit box.
+/// A unit box with almost no medium.
 Scene empty_box() {
   Scene scene = furnace({component(scene::Solid{}, 1e-9)});
   scene.medium.majorant_resolution = {3, 2, 4};
@@ -19,7 +19,7 @@ Scene empty_box() {
   return scene;
 }
 
-/// Looks around from within.
+/// Sets a spherical camera within the box.
 void look_around(Scene& scene) {
   scene.camera.projection = scene::Projection::spherical;
   scene.camera.position = {0.4, 0.3, 0.6};
@@ -50,8 +50,8 @@ TEST(Ground, leaves_the_account_closed_in_integers) {
       for (const auto& matter : l.absorbed_power) power += matter[c];
       EXPECT_EQ(power, l.shot_power[c]);
     }
-    EXPECT_GT(l.escaped[5], 20);  // a black one ends photons
-    EXPECT_EQ(l.escaped[0], 0);   // the others leave that to the roulette, and take their shares
+    EXPECT_GT(l.escaped[5], 20);  // a black ground ends photons
+    EXPECT_EQ(l.escaped[0], 0);   // the others only take power; Russian roulette ends photons
     EXPECT_GT(l.escaped_power[0][0], 0);
     EXPECT_EQ(l.escaped_power[2][0], 0);
     EXPECT_GT(l.escaped_power[2][1], 0);
@@ -80,7 +80,7 @@ TEST(Ground, reflects_evenly_in_all_directions) {
   std::vector<double> expected;
   for (std::size_t i = 0; i < 10; ++i) {
     counts.push_back(result.detected[3 * i] / to_units(1));
-    expected.push_back((2 * static_cast<double>(i) + 1) / 100  // of cosine squared
+    expected.push_back((2 * static_cast<double>(i) + 1) / 100  // uniform in the squared cosine
                        * static_cast<double>(result.ledger.escaped[3]));
   }
   EXPECT_GT(result.ledger.escaped[3], 50000);
@@ -95,7 +95,7 @@ TEST(Ground, hides_what_is_beyond_it) {
   const Ledger l = shoot(scene).account.ledger;
   EXPECT_EQ(l.missed, l.shot);
 
-  // A lamp that a ball sees through the ground alone.
+  // A light that a ball could see only through the ground.
   scene.medium.components = {component(scene::Solid{scene::Sphere{{0.5, 0.3, 0.3}, 0.1}}, 50)};
   scene.medium.ground[2] = glm::dvec3(0);
   for (const scene::Light& lamp : {scene::Light(scene::PointLight{{0.5, -0.2, 1.2}}),
@@ -112,7 +112,7 @@ TEST(Ground, hides_what_is_beyond_it) {
     }
   }
 
-  // Whatever is below, seen from within and from outside, looking down.
+  // Looking down, from within and from outside, the ground hides everything below.
   scene = empty_box();
   scene.lights = {scene::EnvironmentLight{}, scene::DirectionalLight{{0.1, 1, 0}, {1, 1, 1}, 30},
                   scene::SphereLight{{0.5, -1, 1.6}, 0.5}};
@@ -140,7 +140,7 @@ TEST(Ground, is_dark_and_opaque_from_behind) {
   EXPECT_EQ(mean_of_picture(behind), 0);
   EXPECT_EQ(mean_of_picture(behind, 3), 1);
   scene.lights.push_back(scene::SphereLight{{0.5, -0.9, 1.625}, 0.1, glm::dvec3(7)});
-  scene.camera.position = {0.5, -2, 3};  // with the lamp in front of the ground
+  scene.camera.position = {0.5, -2, 3};  // the light is in front of the ground
   scene.camera.look_at = {0.5, -0.9, 1.625};
   scene.camera.fov = 8;
   const RenderResult lamp = rendered(scene);
@@ -148,7 +148,7 @@ TEST(Ground, is_dark_and_opaque_from_behind) {
   EXPECT_EQ(lamp.picture.rgba[0], 0);
 }
 
-/// With the sky of the other faces it makes an enclosure as bright as that.
+/// A white ground and the sky of the other faces form an enclosure as bright as the sky.
 TEST(Ground, cannot_be_seen_in_a_furnace_where_it_is_white) {
   for (const double extinction : {1e-6, 8.0}) {
     Scene scene = furnace({component(low_variation(4), extinction, 1, scene::RayleighPhase{}),
@@ -169,7 +169,7 @@ TEST(Ground, cannot_be_seen_in_a_furnace_where_it_is_white) {
   }
 }
 
-/// Lambert's law: albedo times irradiance over pi, in `single` alone.
+/// Lambert's law: the radiance is albedo times irradiance over pi, all in `single`.
 TEST(Ground, is_as_bright_as_its_light) {
   Scene scene = empty_box();
   const glm::dvec3 albedo{0.25, 0.5, 1};

@@ -1,5 +1,5 @@
 /// \file
-/// How many cells the illumination grid has where nobody says.
+/// The default number of cells of the illumination grid.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,7 +24,7 @@ TEST(IlluminationCells, follow_the_mean_free_path_within_limits) {
   EXPECT_EQ(resolved(scene).illumination.cells, (std::array{128, 64, 32}));
   scene.illumination_resolution = {7, 0, 9};
   EXPECT_EQ(resolved(scene).illumination.cells, (std::array{7, 64, 9}));
-  scene.medium.components[0].albedo = glm::dvec3(0);  // leaves no light
+  scene.medium.components[0].albedo = glm::dvec3(0);  // deposits no light
   EXPECT_EQ(resolved(scene).illumination.cells, (std::array{7, 32, 9}));
 }
 
@@ -90,7 +90,7 @@ TEST(IlluminationCells, may_be_wide_where_nothing_varies) {
   scene.bounces = 0;
   EXPECT_FALSE(warns_of(scene, "photons.illumination.resolution"));
   scene.medium.components[0].field =
-      scene::Solid{scene::Cuboid{{0, 0, 0.25}, {1, 1, 0.75}}};  // neither does this across z
+      scene::Solid{scene::Cuboid{{0, 0, 0.25}, {1, 1, 0.75}}};  // nor does this one across z
   EXPECT_FALSE(warns_of(scene, "photons.illumination.resolution"));
   Scene lit = scene;
   lit.lights.push_back(scene::PointLight{{0.5, 0.5, -1}, glm::dvec3(1)});
@@ -150,7 +150,7 @@ TEST(IlluminationCells, ask_for_bounces_where_they_are_wide) {
   EXPECT_EQ(bounces_at(1000, {}), 1) << "no light to be read";
 }
 
-/// Two balls far apart.
+/// Two balls at a distance.
 Scene balls(double distance) {
   Scene scene = furnace({component(scene::Solid{scene::Sphere{{0.5, 0.5, 0.5}, 0.5}}, 40),
                          component(scene::Solid{scene::Sphere{{0, 0, 0}, 0.5}}, 40)});
@@ -164,8 +164,8 @@ TEST(IlluminationCells, are_stored_where_matter_is_in_a_box_that_is_nearly_empty
   Scene scene = balls(1000);
   const IlluminationPlan plan = resolved(scene).illumination;
   EXPECT_TRUE(plan.is_sparse);
-  // Both balls have a volume of 1.047: 64 cells to an edge of that are finer than 1.75 mean free
-  // paths.
+  // The volume of both balls is 1.047. 64 cells along the edge of such a cube are finer than 1.75
+  // mean free paths.
   EXPECT_EQ(plan.cells, (std::array{63087, 64, 64}));
   EXPECT_LT(plan.stored, 3000000u);
   EXPECT_FALSE(warns_of(scene, "photons.illumination.resolution"));
@@ -217,7 +217,7 @@ TEST(IlluminationCells, hold_all_matter_where_not_all_are_stored) {
       ASSERT_EQ(cells.index(i, j, k), cell);
       ASSERT_NEAR((static_cast<float>(i) + 0.5f) * prepared.cell_size.x, p.x,
                   0.51 * prepared.cell_size.x + 2e-7 * p.x);
-      // It lies in a clump, too.
+      // It also lies in a clump.
       ASSERT_TRUE(std::any_of(prepared.clumps.begin(), prepared.clumps.end(), [&](const Clump& c) {
         const Vec3f q = p - c.low;
         return q.x >= 0 && q.y >= 0 && q.z >= 0 && q.x <= c.size.x && q.y <= c.size.y

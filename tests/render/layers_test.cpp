@@ -1,5 +1,5 @@
 /// \file
-/// Parts, groups and the noise of pictures.
+/// Layers of pictures: parts, groups and noise.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -44,7 +44,7 @@ TEST(Layers, of_groups_add_up_to_the_picture) {
   }
 }
 
-// The grid has every group's light apart: together they are the light of a scene without groups.
+// The grid stores the light of each group separately; the sum is that of a scene without groups.
 TEST(Layers, change_nothing_of_the_picture) {
   Scene grouped = two_groups(), plain = grouped;
   std::get<scene::DirectionalLight>(plain.lights[0]).group = "";
@@ -55,7 +55,7 @@ TEST(Layers, change_nothing_of_the_picture) {
   EXPECT_EQ(b.picture.layers.size() + 4, a.picture.layers.size());
 }
 
-// What is single, multiple and emission is the same for both integrators, in the mean.
+// The means of `single`, `multiple` and `emission` are equal for both integrators.
 TEST(Layers, of_both_integrators_are_alike) {
   Scene scene = two_groups();
   scene.samples = 64;
@@ -75,7 +75,7 @@ TEST(Layers, of_both_integrators_are_alike) {
   }
 }
 
-// The variance of a picture, from its own replicates, is that of pictures with other seeds.
+// The variance estimated from a picture's replicates is that of pictures with other seeds.
 TEST(Layers, tell_the_variance_of_the_picture) {
   Scene scene = two_groups();
   scene.camera.resolution = {6, 6};

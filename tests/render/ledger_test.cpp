@@ -1,5 +1,5 @@
 /// \file
-/// The account of photons and power: it closes to the last unit, and render() refuses one that does
+/// The account of photons and power closes to the last unit, and render() refuses one that does
 /// not.
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 namespace tyndall::test {
 namespace {
 
-/// A backend whose account of the photons is tampered with once.
+/// A backend that falsifies its account of the photons once.
 class Tampering final : public ForwardingBackend {
  public:
   explicit Tampering(std::function<void(Ledger&)> tamper) : tamper_(std::move(tamper)) {}
@@ -61,7 +61,7 @@ TEST(LedgerOfPhotons, closes_in_integers_and_every_fate_occurs) {
   }
 }
 
-// Photons that a test against a bound discards are counted, too.
+// Photons discarded by a test against a bound count, too.
 TEST(LedgerOfPhotons, closes_under_every_kind_of_light) {
   Scene scene = coloured();
   scene::EnvironmentLight sky;
@@ -74,7 +74,7 @@ TEST(LedgerOfPhotons, closes_under_every_kind_of_light) {
       scene::SphereLight{{-1, 0.5, 0.5}, 0.3, {1, 2, 3}}};
   for (const scene::Light& light : lights) {
     scene.lights = {light};
-    const RenderResult result = render(scene, *make_cpu_backend());  // throws where it does not
+    const RenderResult result = render(scene, *make_cpu_backend());  // throws if it does not close
     const Ledger& ledger = result.ledger;
     EXPECT_EQ(ledger.shot, 20000) << light.index();
     EXPECT_GT(ledger.missed, 100) << light.index();
@@ -92,7 +92,7 @@ TEST(LedgerOfPhotons, knows_what_each_component_of_the_scene_absorbed) {
   EXPECT_GT(ledger.absorbed[0], 100);
   EXPECT_EQ(ledger.absorbed[1], 0);
   EXPECT_EQ(ledger.absorbed_power[1][0], 0);
-  EXPECT_EQ(ledger.absorbed[2], 0);  // but in part, and by roulette
+  EXPECT_EQ(ledger.absorbed[2], 0);  // absorbed only in part, or by Russian roulette
   EXPECT_GT(ledger.absorbed_power[2][0], 0);
 }
 
@@ -119,7 +119,7 @@ TEST(LedgerOfPhotons, that_lost_a_single_deposit_is_an_internal_error) {
   EXPECT_EQ(failure(coloured(), Tampering([](Ledger&) {}), ExitCode::internal), "");
 }
 
-/// Turns this share of the power, of light that left through -x, into stalled light.
+/// Moves this fraction of the power shot from light that escaped through -x to stalled light.
 Tampering stalling(double share) {
   return Tampering([share](Ledger& ledger) {
     for (int c = 0; c < 3; ++c) {

@@ -75,7 +75,7 @@ TEST(NoiseTable, knows_what_is_outside) {
 TEST(NoiseTable, changes_no_decision_and_saves_octaves) {
   for (const Case& c : cases) {
     NoiseCloud plain = cloud(c.octaves, c.gain), quick = plain;
-    // A region that leaves a part out.
+    // The table covers only a part of the region.
     const auto values =
         tabulate(quick, {c.region.center, 0.9 * c.region.half}, 64.0 * 64 * 64, 0, {});
     Random random(2);

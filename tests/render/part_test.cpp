@@ -51,7 +51,7 @@ bool same(const RenderResult& a, const RenderResult& b) {
   return a.hashes.tallies == b.hashes.tallies && a.hashes.pixels == b.hashes.pixels;
 }
 
-/// Merges in the given order. \pre one part at least
+/// Merges the parts in the given order. \pre at least one part
 Partial sum(std::vector<Partial> parts) {
   Partial all = std::move(parts.front());
   for (std::size_t i = 1; i < parts.size(); ++i) merge(all, "a", std::move(parts[i]), "b");
@@ -64,7 +64,7 @@ TEST(RangesTest, join_where_they_touch) {
   Ranges ranges;
   ranges.add({5, 9});
   ranges.add({1, 3});
-  ranges.add({12, 12});  // nothing
+  ranges.add({12, 12});  // empty
   EXPECT_EQ(ranges.text(), "1:3, 5:9");
   ranges.add({3, 5});
   EXPECT_EQ(ranges.text(), "1:9");
@@ -100,7 +100,7 @@ TEST(Parts, a_range_of_samples_is_the_same_picture_wherever_it_ends) {
   EXPECT_FALSE(part.is_complete);
   EXPECT_EQ(part.samples.text(), "0:6");
   EXPECT_TRUE(same(develop(part_of(scene, {{}, IndexRange{0, 6}}, nullptr, 3)), part));
-  // The end of a time limit: the render was left there.
+  // A time limit ends the render there.
   const auto backend = make_cpu_backend();
   RenderOptions options;
   options.go_on = [](Renderer& r, Moment moment) {
@@ -112,7 +112,7 @@ TEST(Parts, a_range_of_samples_is_the_same_picture_wherever_it_ends) {
   EXPECT_TRUE(same(left.result(), part));
 }
 
-// One replicate after the other, or some or all by turns, and the rest in another way.
+// Replicates one after another, or some or all in turns; the rest of the render in another way.
 TEST(Parts, a_render_left_anywhere_goes_on_to_the_same_end) {
   const Scene scene = small();
   const RenderResult whole = render(scene, *make_cpu_backend());
@@ -196,7 +196,7 @@ TEST(Parts, are_looked_at_without_harm) {
       if (renderer.has_picture()) {
         EXPECT_EQ(renderer.result().picture.rgba.size(), 80u);
       }
-      // By other light than that of the slice under way.
+      // The preview uses other light than the unfinished slice.
       if (renderer.has_preview()) {
         EXPECT_TRUE(renderer.preview(0.001).is_preview);
         ++previews;
@@ -223,7 +223,7 @@ TEST(Parts, end_with_the_time) {
   const RenderResult result = renderer.result();
   EXPECT_GT(result.samples.count(), 0u);
   EXPECT_FALSE(result.is_complete);
-  // The ranges that it tells of give the same picture.
+  // The reported ranges give the same picture.
   ASSERT_EQ(result.photons.list().size(), 1u);
   ASSERT_EQ(result.samples.list().size(), 1u);
   const Partial again = part_of(scene, {result.photons.list()[0], result.samples.list()[0]});
@@ -233,7 +233,7 @@ TEST(Parts, end_with_the_time) {
 TEST(Parts, whose_first_photons_were_cut_by_the_time_go_on_to_the_same_end) {
   const Scene scene = small();
   const RenderResult whole = render(scene, *make_cpu_backend());
-  // As a limit of time leaves it: a part of the first replicate's photons, read by its samples.
+  // As after a time limit: samples read the light of only a part of the first replicate's photons.
   for (const bool keeps_light : {true, false}) {
     RenderOptions options;
     options.photons = IndexRange{0, 20};
@@ -256,7 +256,7 @@ TEST(Parts, whose_first_photons_were_cut_by_the_time_go_on_to_the_same_end) {
   }
 }
 
-/// Counts the photons it shoots.
+/// Counts the photons that it shoots.
 class Shooting final : public ForwardingBackend {
  public:
   std::uint64_t shoot(IndexRange photons) override {
@@ -275,7 +275,7 @@ TEST(Parts, that_a_limit_of_time_cut_keep_their_photons) {
   Shooting backend;
   Partial part;
   std::uint64_t before = 0;
-  for (int run = 1; run <= 2; ++run) {  // of the 50 photons of a replicate
+  for (int run = 1; run <= 2; ++run) {  // a replicate has 50 photons
     Renderer cut(scene, backend, options);
     if (run > 1) cut.resume(part, "checkpoint");
     EXPECT_FALSE(cut.run());
@@ -293,7 +293,7 @@ TEST(Parts, that_a_limit_of_time_cut_keep_their_photons) {
 
 TEST(Parts, that_a_limit_of_time_ends_are_of_two_replicates) {
   Scene scene = small();
-  scene.photons = 100000000;  // of which not even a replicate's fit
+  scene.photons = 100000000;  // too many even for one replicate
   scene.samples = 1000000;
   RenderOptions options;
   options.time_limit = 0.5;
@@ -310,7 +310,7 @@ TEST(Parts, that_a_limit_of_time_ends_are_of_two_replicates) {
     EXPECT_EQ(warning.find("no variance"), std::string::npos);
 }
 
-// Where there is no time for more than a batch of photons and a sample.
+// The time suffices for only a batch of photons and a sample.
 TEST(Parts, that_a_limit_of_time_cut_have_photons_of_two_replicates) {
   const Scene scene = small();
   RenderOptions options;
@@ -338,7 +338,7 @@ TEST(Parts, that_a_limit_of_time_cut_have_photons_of_two_replicates) {
   EXPECT_TRUE(same(last.result(), render(scene, *make_cpu_backend())));
 }
 
-// Samples of replicates that lack photons are gathered anew, and with them those of others.
+// Samples of replicates that lack photons are gathered again, and so are those of other replicates.
 TEST(Parts, that_were_cut_beside_whole_ones_go_on_to_the_same_end) {
   const Scene scene = small();
   const RenderResult whole = render(scene, *make_cpu_backend());
@@ -358,14 +358,14 @@ TEST(Parts, that_were_cut_beside_whole_ones_go_on_to_the_same_end) {
       part.replicates[r].light = lit.replicates[r].light;
     return part;
   };
-  const Partial cut = cut_at({0, 70}, {0, 2});  // 50 of the first, 20 of the second
+  const Partial cut = cut_at({0, 70}, {0, 2});  // 50 photons of the first replicate, 20 of the next
   ASSERT_EQ(cut.samples().count(), 2u);
   Renderer second(scene, *backend);
   second.resume(cut, "checkpoint");
   ASSERT_TRUE(second.run());
   EXPECT_TRUE(same(second.result(), whole));
 
-  Partial lost = cut;  // the light of the first was let go: its samples cannot be gathered anew
+  Partial lost = cut;  // without light of the first replicate, its samples cannot be redone
   lost.replicates[0].light_hash = light_hash(lost.replicates[0]);
   lost.replicates[0].light = {};
   Renderer third(scene, *backend);
@@ -381,7 +381,7 @@ TEST(Parts, of_photons_alone_have_no_preview_before_the_matter_is_read_out) {
   options.go_on = [](Renderer& r, Moment moment) {
     return moment != Moment::batch || !r.has_preview();
   };
-  Renderer whole(scene, *backend, options);  // all matter, and some photons
+  Renderer whole(scene, *backend, options);  // the whole medium, and some photons
   EXPECT_FALSE(whole.run());
   Partial part = whole.part();
   options.photons = IndexRange{0, 400};
@@ -415,7 +415,7 @@ TEST(Parts, have_the_larger_exposure_in_any_order) {
 
 TEST(Parts, previews_are_the_picture_of_their_ranges) {
   Scene scene = small();
-  scene.photons = 40000;  // more than a batch of each replicate
+  scene.photons = 40000;  // more than one batch per replicate
   const auto backend = make_cpu_backend(2);
   RenderOptions options;
   options.batch = 1000;
@@ -442,14 +442,14 @@ TEST(Parts, previews_that_no_time_is_left_for_say_that_they_are_none) {
   EXPECT_NE(preview.warnings.back().find("some are black"), std::string::npos);
 }
 
-/// Stops once a batch has been cut short, and goes on elsewhere.
+/// Stops in the middle of a batch, and resumes with another renderer.
 TEST(Parts, a_pause_ends_a_batch_and_changes_nothing) {
   Scene scene = small();
   scene.photons = 200000;
   const RenderResult whole = render(scene, *make_cpu_backend(2));
   std::atomic<int> asked = 0;
   RenderOptions options;
-  options.batch = 1 << 20;  // all at once
+  options.batch = 1 << 20;  // all in one batch
   std::atomic<bool> has_bounds = false;
   options.progress = [&](const Progress& p) { has_bounds = std::string(p.pass) != "bounds"; };
   options.stop = [&] { return has_bounds && ++asked > 40; };
@@ -469,7 +469,7 @@ TEST(Parts, a_pause_ends_a_batch_and_changes_nothing) {
   EXPECT_TRUE(same(renderer.result(), whole));
 }
 
-/// Counts the cells it measures.
+/// Counts the cells that it measures.
 class Measuring final : public ForwardingBackend {
  public:
   std::uint64_t measure(measurement::Id id, IndexRange elements) override {
@@ -500,7 +500,7 @@ TEST(Parts, keep_the_matter_that_was_measured) {
   EXPECT_TRUE(same(develop(part), render(scene, *make_cpu_backend())));
 }
 
-/// Has the light that was taken last at hand, as devices have.
+/// Keeps the light taken last, like devices.
 class Keeping final : public ForwardingBackend {
  public:
   std::vector<std::int64_t> take_illumination() override {
@@ -517,7 +517,7 @@ class Keeping final : public ForwardingBackend {
 
  private:
   std::vector<std::int64_t> taken_;
-  std::vector<float> light_;  // which gather() reads
+  std::vector<float> light_;  // read by gather()
 };
 
 TEST(Parts, are_lit_by_the_light_that_a_device_has_if_that_is_all) {
@@ -527,7 +527,7 @@ TEST(Parts, are_lit_by_the_light_that_a_device_has_if_that_is_all) {
   EXPECT_TRUE(same(render(scene, undisturbed), whole));
   EXPECT_EQ(undisturbed.used, 8);
 
-  // Written down within each replicate's photons: the device has the rest of them alone.
+  // part() takes the light within each replicate, so the device has only the rest of it.
   RenderOptions options;
   options.batch = 30;
   options.go_on = [](Renderer& r, Moment) {
@@ -539,7 +539,7 @@ TEST(Parts, are_lit_by_the_light_that_a_device_has_if_that_is_all) {
   EXPECT_EQ(disturbed.used, 0);
 }
 
-/// At each replicate that a run ends with, what --noise judges by.
+/// The noise that --noise compares, at the end of each replicate of a run.
 std::vector<double> noises(const Scene& scene, const Partial& begun) {
   std::vector<double> seen;
   RenderOptions options;
@@ -556,13 +556,13 @@ std::vector<double> noises(const Scene& scene, const Partial& begun) {
 
 TEST(Parts, are_judged_by_the_same_noise_wherever_they_were_left) {
   Scene scene = small();
-  scene.samples = 64;  // 8 of each replicate
+  scene.samples = 64;  // 8 per replicate
   Partial nothing, begun;
   {
     const auto backend = make_cpu_backend(2);
     nothing = Renderer(scene, *backend).part();
     RenderOptions options;
-    options.samples = {0, 20};  // the third is in the midst of its samples
+    options.samples = {0, 20};  // ends within the third replicate
     options.go_on = [](Renderer& r, Moment) { return r.part().samples().count() < 20; };
     Renderer renderer(scene, *backend, options);
     renderer.run();
@@ -575,7 +575,7 @@ TEST(Parts, are_judged_by_the_same_noise_wherever_they_were_left) {
 
 // ---- Limits of noise
 
-/// Renders by turns until is_enough(part).
+/// Renders in turns until is_enough(part).
 template <class IsEnough>
 RenderResult limited(const Scene& scene, IsEnough&& is_enough) {
   RenderOptions options;
@@ -592,8 +592,9 @@ RenderResult quiet(const Scene& scene, double limit) {
   return limited(scene, [&](const Partial& part) { return is_noise_below(part, limit); });
 }
 
-// Of as many samples as reach it, and no third more, wherever in the render that is. How many these
-// are is known from other samples: noise falls with their root.
+// A render ends with at most 1.3 times the samples needed for the limit, at any point of the
+// render. That number is known from other samples, as noise falls with the square root of their
+// number.
 TEST(Parts, end_soon_after_the_limit_of_noise) {
   Scene scene = small();
   scene.camera.resolution = {24, 20};
@@ -607,7 +608,7 @@ TEST(Parts, end_soon_after_the_limit_of_noise) {
     const double noise = render(other, *make_cpu_backend()).noise;
     scene.samples = 100000;
     for (const double samples : {40.0, 150.0, 500.0}) {
-      if (integrator == scene::Integrator::photons && samples > 200) continue;  // the light's
+      if (integrator == scene::Integrator::photons && samples > 200) continue;  // noise of light
       const double limit = noise * std::sqrt(512 / samples);
       const RenderResult result = quiet(scene, limit);
       EXPECT_LE(result.noise, limit);
@@ -618,8 +619,8 @@ TEST(Parts, end_soon_after_the_limit_of_noise) {
   }
 }
 
-// Of one pixel the noise is known to a third, and many looks find the lowest: what is below the
-// limit by chance must not be taken for it.
+// The noise of one pixel is uncertain by a third, and repeated checks find the lowest estimate. An
+// estimate that is below the limit by chance must not end the render.
 TEST(Parts, of_few_pixels_end_by_chance_less_often) {
   Scene scene = small();
   scene.camera.resolution = {1, 1};
@@ -633,7 +634,7 @@ TEST(Parts, of_few_pixels_end_by_chance_less_often) {
     square += one * one / 20;
   }
   const double samples = 200, limit = std::sqrt(square * 4096 / samples);
-  double by_estimate = 0, by_bound = 0;  // variance where they ended, over the limit's
+  double by_estimate = 0, by_bound = 0;  // variance at the end, divided by the limit's
   for (std::uint64_t seed = 101; seed <= 124; ++seed) {
     scene.seed = seed;
     const auto done = [](const RenderResult& result) {
@@ -685,7 +686,7 @@ TEST(Parts, without_photons_may_be_left_out) {
   EXPECT_EQ(part.photons().text(), "0:100, 150:400");
   EXPECT_FALSE(renderer.result().is_complete);
 
-  options.samples = part.frame.samples_of(2);  // which have none
+  options.samples = part.frame.samples_of(2);  // they have no light
   Renderer dark(scene, *backend, options);
   dark.resume(light, "light");
   EXPECT_THROW(dark.run(), Error);
@@ -707,7 +708,7 @@ TEST(Parts, noise_is_that_of_the_picture) {
   Scene scene = small();
   scene.samples = 64;
   scene.photons = 4000;
-  // From pictures of several seeds: the spread of their luminance about its mean.
+  // The spread of the luminance of pictures with several seeds.
   const std::vector<RenderResult> results = replicates(scene, 24);
   double told = 0, mean_squares = 0, variances = 0;
   for (const RenderResult& r : results) told += r.noise * r.noise / 24;
@@ -726,7 +727,7 @@ TEST(Parts, noise_is_that_of_the_picture) {
               0.25 * std::sqrt(variances / mean_squares));
 }
 
-/// The parts cannot be merged, and the message says why, and names both.
+/// Expects that the parts cannot be merged, and that the message has the reason and both names.
 void expect_refused(Partial a, Partial b, const std::string& why) {
   try {
     merge(a, "a.tyn", std::move(b), "b.tyn");
@@ -754,14 +755,14 @@ TEST(Parts, that_do_not_belong_together_are_refused) {
   Partial older = whole;
   older.frame.arithmetic = 1;
   expect_refused(whole, older, "arithmetic version is 1");
-  // Of one replicate, samples that read the light of some of its photons and of others.
+  // Samples of one replicate that read the light of different photons.
   expect_refused(part_of(scene, {IndexRange{350, 360}, IndexRange{9, 10}}),
                  part_of(scene, {IndexRange{360, 400}, IndexRange{10, 11}}),
                  "light of other photons");
 }
 
 #if TYNDALL_RAPIDCHECK
-/// Cuts [0, n) at up to `most` places.
+/// Cuts [0, n) at up to `most` positions.
 std::vector<IndexRange> cut(std::uint64_t n, int most) {
   std::vector<std::uint64_t> at = *rc::gen::container<std::vector<std::uint64_t>>(
       static_cast<std::size_t>(*rc::gen::inRange(0, most + 1)),

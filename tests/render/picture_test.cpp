@@ -17,7 +17,7 @@ Picture picture_of(Scene scene) {
   return render(scene, *make_cpu_backend(1)).picture;
 }
 
-// What the film's integers are read out as.
+// Tests the radiance that is read out of the film's integers.
 TEST(Picture, shows_what_lies_behind_where_nothing_is_met) {
   Scene scene = furnace({component(scene::Solid{}, 1)});
   scene.camera.look_at = {0.5, 0.5, -10};  // away from the box
@@ -35,7 +35,7 @@ TEST(Picture, shows_what_lies_behind_where_nothing_is_met) {
   }
 }
 
-// As docs/pictures/axes.png shows it: +y is above, +x on the left.
+// As in docs/pictures/axes.png: +y is up, +x is on the left.
 TEST(Picture, has_x_on_the_left_of_the_default_camera) {
   const auto middle_of = [](glm::dvec3 center) {
     Scene scene = furnace({component(scene::Solid{scene::Sphere{center, 0.1}}, 1e4, 0.0)});

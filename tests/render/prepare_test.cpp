@@ -1,5 +1,5 @@
 /// \file
-/// From what a person wrote to what the walks read.
+/// Preparation of a scene for the walks.
 #include "tyndall/render/prepare.h"
 
 #include <gtest/gtest.h>
@@ -34,13 +34,13 @@ void expect_near(Vec3f a, glm::dvec3 b, double tolerance = 1e-6) {
   EXPECT_NEAR(a.z, b.z, tolerance);
 }
 
-/// Chance of an emitter to be chosen.
+/// The probability of choosing an emitter.
 double share(const PreparedScene& scene, std::size_t i) {
   const double before = i == 0 ? 0 : scene.emitters[i - 1].last_word + 1.0;
   return (scene.emitters[i].last_word + 1.0 - before) * 0x1p-32;
 }
 
-/// [W] of all photons, by colour.
+/// The power of all photons [W], by colour.
 glm::dvec3 mean_power(const PreparedScene& scene) {
   glm::dvec3 sum(0);
   for (std::size_t i = 0; i < scene.emitters.size(); ++i) {
@@ -105,7 +105,7 @@ TEST(Prepare, transforms_lead_from_field_space_to_world_space) {
   m[2][0] = 0.5;  // sheared
   scene.medium.components[0].transform = m;
   const glm::dvec3 center(m * glm::dvec4(0.25, 0.5, 0.125, 1));
-  EXPECT_NEAR(center.x, 0.5 - 0.5 + 0.5 * 0.125, 1e-12);  // as the comments above have it
+  EXPECT_NEAR(center.x, 0.5 - 0.5 + 0.5 * 0.125, 1e-12);  // see the comments above
   EXPECT_NEAR(center.y, 0.75 + 0.5, 1e-12);
   EXPECT_NEAR(center.z, -1 + 0.5, 1e-12);
   const PreparedScene prepared = prepare(scene, 0);
@@ -159,7 +159,7 @@ TEST(Lights, a_beam_brings_its_irradiance_times_the_box_as_it_sees_it) {
   EXPECT_NEAR(share(prepared, 1), 9.0 / 33, 1e-9);
   const glm::dvec3 power = mean_power(prepared);
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(power[c], irradiance[c] * seen, 1e-6);
-  EXPECT_EQ(prepared.background.x, 0.0f);  // seen by no camera
+  EXPECT_EQ(prepared.background.x, 0.0f);  // no camera sees the light
 }
 
 TEST(Lights, an_environment_brings_pi_times_its_radiance_times_the_open_faces) {
@@ -172,7 +172,7 @@ TEST(Lights, an_environment_brings_pi_times_its_radiance_times_the_open_faces) {
   EXPECT_EQ(prepared.emitters.size(), 4);
   EXPECT_NEAR(prepared.shot_power, 2 * pi * 2 * (6 + 2), 1e-5);
   EXPECT_NEAR(mean_power(prepared).y, 0.25 * pi * 2 * (6 + 2), 1e-5);
-  expect_near(prepared.background, {1, 2, 3});  // rays meet the environment beside it
+  expect_near(prepared.background, {1, 2, 3});  // rays also hit the environment
   ASSERT_EQ(prepared.direct_lights.size(), 1);
   expect_near(prepared.direct_lights[0].light.as<lights::ConstantEnvironment>().radiance,
               {0.5, 0.25, 2});
@@ -193,7 +193,7 @@ TEST(Lights, a_point_light_shoots_only_into_the_cone_about_the_box) {
 
   scene.lights = {scene::PointLight{{0.1, 0.2, 0.3}, power}};  // within the box
   EXPECT_EQ(prepare(scene, 0).shot_power, 3);
-  scene.lights = {scene::PointLight{position, power}};  // a medium without end
+  scene.lights = {scene::PointLight{position, power}};  // an infinite medium
   scene.medium.sides[0] = scene::Side::periodic;
   EXPECT_EQ(prepare(scene, 0).shot_power, 3);
 }
@@ -204,7 +204,7 @@ TEST(Lights, are_chosen_in_proportion_to_the_power_of_their_photons) {
   scene.lights = {scene::PointLight{within, {1, 0.5, 0}}, scene::PointLight{within, glm::dvec3(0)},
                   scene::PointLight{within, {0, 2, 5}}, scene::PointLight{within, {2, 2, 2}}};
   const PreparedScene prepared = prepare(scene, 0);
-  ASSERT_EQ(prepared.emitters.size(), 3);  // the black one is none
+  ASSERT_EQ(prepared.emitters.size(), 3);  // no emitter for the black light
   EXPECT_NEAR(share(prepared, 0), 1.0 / 8, 1e-9);
   EXPECT_NEAR(share(prepared, 1), 5.0 / 8, 1e-9);
   EXPECT_NEAR(share(prepared, 2), 2.0 / 8, 1e-9);
@@ -250,7 +250,7 @@ TEST(Prepare, the_illumination_grid_has_the_harmonics_that_the_phase_functions_n
   EXPECT_EQ(order(scene::IsotropicPhase{}, 1), 1);
 }
 
-// As many points as a 256^3 grid has cells, but 4 to 8 along each axis of a cell.
+// About as many points as a 256^3 grid has cells, but 3 to 8 along each axis of a cell.
 TEST(Prepare, matter_is_measured_at_enough_points_of_every_cell) {
   const auto strata = [](int nx, int ny, int nz) {
     Scene scene = furnace({component(scene::Solid{}, 1)});

@@ -1,5 +1,5 @@
 /// \file
-/// Programs that render again and again.
+/// Repeated renders in one process.
 #include <gtest/gtest.h>
 
 #include <unistd.h>
@@ -11,7 +11,7 @@
 namespace tyndall::test {
 namespace {
 
-/// [byte] of memory that this process has now.
+/// The resident memory of this process [byte].
 std::uint64_t resident() {
   std::uint64_t size = 0, pages = 0;
   std::ifstream("/proc/self/statm") >> size >> pages;

@@ -1,6 +1,6 @@
 /// \file
-/// Grids from files: look-ups and bounds against voxels taken one by one, buffers that are not what
-/// they should be, and a dense grid beside the same one from a file.
+/// Grids from files: look-ups and bounds against single voxels, damaged buffers, and a dense grid
+/// against the same grid from a file.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,13 +25,13 @@ const char* const samples[] = {
     "dense.vdb",     "ball_fp4.nvdb",        "ball_fp8.nvdb",  "ball_fp16.nvdb",
     "ball_fpn.nvdb", "far_index.vdb",        "far_apart.vdb"};
 
-/// A look-up of the tree's own text, without nodes kept from others.
+/// A look-up by the tree's own code, without nodes cached by earlier look-ups.
 double voxel(const SparseGrid& grid, int i, int j, int k) {
   TreeNodes fresh;
   return grid.voxel(grid.origin.offsetBy(i, j, k), fresh);
 }
 
-/// Where look-ups differ most: about the voxels, at borders of leaves, and outside.
+/// A position where look-ups differ most: near voxels, at borders of leaves, or outside.
 Vec3f place(Random& random, const SparseGrid& grid) {
   const auto coordinate = [&](int extent) {
     const double x = random(-3.0, std::min(extent, 60) + 3.0);
@@ -76,7 +76,7 @@ TEST(SparseGrid, finds_the_same_from_the_nodes_of_other_look_ups) {
   const SparseGrid grids[] = {first.volume->view(), second.volume->view()};
   TreeNodes kept;
   for (int n = 0; n < 100000; ++n) {
-    const SparseGrid& grid = grids[random.below(8) == 0 ? 1 : 0];  // which share what is kept
+    const SparseGrid& grid = grids[random.below(8) == 0 ? 1 : 0];  // both use the same cache
     Vec3f p = place(random, grid);
     if (random.below(3) == 0) p = {1e6f, 0, 0};
     TreeNodes fresh;
@@ -84,7 +84,7 @@ TEST(SparseGrid, finds_the_same_from_the_nodes_of_other_look_ups) {
   }
 }
 
-/// Extremes of the voxels that look-ups within a region may read.
+/// The extremes of the voxels that look-ups within a region may read.
 Bounds extremes(const SparseGrid& grid, glm::ivec3 low, glm::ivec3 high) {
   Bounds b{1e300, -1e300};
   for (int i = low.x; i <= high.x; ++i)
@@ -105,7 +105,7 @@ TEST(SparseGrid, bounds_are_the_extremes_of_the_footprint) {
     for (int n = 0; n < 300; ++n) {
       const glm::ivec3 low(random.below(40) - 4, random.below(40) - 4, random.below(40) - 4);
       const glm::ivec3 edge(random.below(14), random.below(14), random.below(14));
-      // Strictly within cells, so that no rounding decides which voxels belong to it.
+      // Strictly within cells, so that the set of voxels does not depend on rounding.
       const glm::dvec3 from = glm::dvec3(low) + 0.25, to = glm::dvec3(low + edge) + 0.75;
       const Bounds got = density_bounds(grid, {0.5 * (from + to), 0.5 * (to - from)});
       const Bounds wanted = extremes(grid, low, low + edge + 1);
@@ -179,7 +179,7 @@ TEST(SparseGrid, bricks_decide_as_the_voxels_do) {
 
 // ---- Damage
 
-/// A copy of a sound buffer, to be damaged.
+/// A copy of a valid buffer, which tests damage.
 struct Copy {
   std::vector<std::byte> storage;
   std::shared_ptr<std::byte> bytes;
@@ -232,7 +232,7 @@ TEST(Volume, refuses_what_would_lead_astray) {
   });
   damage("not aligned", [&](Copy& c) { c.lower().mTable[first_child(c.lower())].child += 4; });
   damage("overlap", [&](Copy& c) { c.lower().mTable[first_child(c.lower())].child += 32; });
-  damage("overlap", [&](Copy& c) {  // a child that is its parent's neighbour's, too
+  damage("overlap", [&](Copy& c) {  // two entries share a child
     auto& lower = c.lower();
     auto child = lower.mChildMask.beginOn();
     const std::uint32_t one = *child;
@@ -265,7 +265,7 @@ TEST(Volume, mends_what_is_no_value_wherever_it_is) {
   const MendedValues below = mended([&](Copy& c) { active(c) = -INFINITY; });
   EXPECT_EQ(below.below.count, 1u);
   EXPECT_GT(below.smallest, 0.0f);  // every voxel of the ball is above 0
-  // What is not active becomes 0, and does not count.
+  // Inactive values become 0 and do not count.
   const MendedValues tile = mended([&](Copy& c) {
     for (std::uint32_t n = 0; n < 4096; ++n) {
       if (c.lower().mChildMask.isOn(n)) continue;
@@ -277,7 +277,7 @@ TEST(Volume, mends_what_is_no_value_wherever_it_is) {
   EXPECT_FALSE(tile.background);
 }
 
-// ---- A dense grid, and the same from a file
+// ---- A dense grid, and the same grid from a file
 
 scene::Component dense_grid() {
   scene::DenseGrid grid;
@@ -302,7 +302,7 @@ Scene scene_of(const scene::Component& c) {
   return scene;
 }
 
-// Given the same bounds, all that is tallied is the same, bit for bit.
+// With the same bounds, all tallies are the same, bit for bit.
 TEST(SparseGrid, gives_the_photons_of_the_same_dense_grid) {
   TYNDALL_NEEDS_VOLUMES();
   const Tallies dense = shoot_and_measure(scene_of(dense_grid()));
@@ -314,8 +314,8 @@ TEST(SparseGrid, gives_the_photons_of_the_same_dense_grid) {
   EXPECT_GT(dense.account.audit.real, 30000);
 }
 
-// With bounds of their own they are alike: those of the two differ by rounding alone here, so other
-// super-voxels make them walk differently.
+// With their own bounds, the means agree. The bounds differ only by rounding, so this test gives
+// one grid other super-voxels, which change its walks.
 TEST(SparseGrid, gives_the_picture_of_the_same_dense_grid) {
   TYNDALL_NEEDS_VOLUMES();
   Scene dense = scene_of(dense_grid()), sparse = scene_of(sparse_grid());

@@ -1,5 +1,5 @@
 /// \file
-/// Work is given up at once, whatever it is.
+/// Every kind of work stops immediately.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -10,8 +10,8 @@
 namespace tyndall::test {
 namespace {
 
-/// Stops `scene` in its `pass`, which is one batch, at the tenth question whether to, and expects
-/// that the threads ask no more.
+/// Stops the render of `scene` in its `pass`, a single batch, at the tenth call of `stop`, and
+/// expects no more calls than one per thread after that.
 void expect_end(const Scene& scene, const char* pass) {
   SCOPED_TRACE(pass);
   constexpr int threads = 2;
@@ -42,7 +42,7 @@ TEST(Stop, ends_every_pass_in_the_midst_of_a_batch) {
   expect_end(scene, "bounds");
   scene = endless();
   scene.photons = 1000000000;
-  expect_end(scene, "photons");  // side by side
+  expect_end(scene, "photons");  // in lanes
   scene.medium.components.push_back(component(low_variation(15), 100, 0.99));
   expect_end(scene, "photons");  // one by one
   scene.sampler = scene::Sampler::ray_marching;

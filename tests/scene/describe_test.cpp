@@ -25,7 +25,7 @@ struct Number {
   std::function<void(double)> set;
 };
 
-/// Collects the numbers of a thing; of a list its first.
+/// Collects the numbers of a thing, and the first number of a list.
 template <class T>
 class Collector : public Visitor<Collector<T>> {
  public:
@@ -115,7 +115,7 @@ class Numbered {
   std::vector<Number> numbers_;
 };
 
-/// Together they have every thing whose numbers stand in the file.
+/// Scenes that together have all things with numbers in the scene file.
 std::vector<Scene> scenes() {
   const std::vector<Field> fields = {Solid{Sphere{}},
                                      Solid{Cuboid{}},
@@ -153,7 +153,7 @@ TEST(Describe, EveryRangeIsChecked) {
            {number.range.high * 2 + 1, number.range.low - std::abs(number.range.low) - 1}) {
         if (!std::isfinite(x)) continue;
         number.set(x);
-        if (number.get() != x) continue;  // its type has none beyond the range
+        if (number.get() != x) continue;  // the type has no value out of range
         bool is_found = false;
         for (const Problem& problem : check(scene).errors)
           is_found = is_found || problem.path == number.path;
@@ -167,8 +167,8 @@ TEST(Describe, EveryRangeIsChecked) {
 TEST(Describe, EveryNumberIsHashed) {
   for (Scene& scene : scenes()) {
     for (const Number& number : Numbered().of(scene)) {
-      if (number.path == "preview.exposure") continue;    // of the preview alone
-      if (number.path == "lights[2].rotation") continue;  // of an image, and there is none
+      if (number.path == "preview.exposure") continue;    // only for the preview
+      if (number.path == "lights[2].rotation") continue;  // only for an image, which it lacks
       const auto hash = [&] { return scene_hash(ResolvedScene::unchecked(scene)); };
       const std::uint64_t before = hash();
       const double value = number.get();

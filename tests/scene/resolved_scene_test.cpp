@@ -1,5 +1,5 @@
 /// \file
-/// What follows from a scene is computed once, with it.
+/// A resolved scene computes its derived values once.
 #include <gtest/gtest.h>
 
 #include <string>

@@ -1,6 +1,6 @@
 /// \file
-/// What the tallies promise on average: the roulette takes what it gives, the matter of a cell is
-/// measured better than its light, and no look-up ever leaves the bounds of its super-voxel.
+/// Average properties of the tallies: Russian roulette is unbiased, the denominator of a cell is
+/// more accurate than its light, and no look-up exceeds the bounds of its super-voxel.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -39,9 +39,9 @@ TEST(Roulette, takes_and_gives_the_same_power_in_every_colour) {
   }
 }
 
-// ---- Matter
+// ---- Denominator
 
-/// D of some cells by a quadrature of `strata` cubed points, or more [length^2, but for a factor].
+/// D of some cells by a quadrature of at least `strata` cubed points [length^2, up to a factor].
 std::vector<double> matter(const Tallies& tallies, const std::vector<std::uint64_t>& cells,
                            int strata, std::uint64_t seed) {
   const PreparedScene& scene = tallies.scene;
@@ -66,12 +66,12 @@ std::vector<double> matter(const Tallies& tallies, const std::vector<std::uint64
 }
 
 struct MatterErrors {
-  double all;        ///< rms error of D over that of N, over all light
-  double too_large;  ///< share of the light that is in cells where it is more than half
+  double all;        ///< rms error of D divided by that of N, over all light
+  double too_large;  ///< fraction of the light in cells where the ratio is above one half
 };
 
-/// The errors of D in the cells of the default grid, in units of those of the default number of
-/// photons: those of N are Poisson's at least.
+/// The errors of D in the cells of the default grid, relative to those of N with the default number
+/// of photons, which are at least Poisson's.
 MatterErrors matter_errors(scene::Field field) {
   Scene scene = furnace({component(std::move(field), 60, 0.99)});
   scene.medium.majorant_resolution = {8, 8, 8};
@@ -112,7 +112,8 @@ TEST(Matter, of_a_cloud_is_measured_better_than_its_light) {
   EXPECT_LT(errors.too_large, 1e-3);
 }
 
-// The edge of a solid is the hardest: cells cut at random by a surface, and the most light there.
+// The edge of a solid is the hardest case: a surface cuts its cells at random, and they hold the
+// most light.
 TEST(Matter, of_a_solid_is_measured_better_than_its_light) {
   const MatterErrors errors = matter_errors(scene::Solid{scene::Sphere{{0.5, 0.5, 0.5}, 0.4}});
   std::printf("sphere: %.3f of the light's error; over half in %.2g of the light\n", errors.all,
@@ -121,7 +122,7 @@ TEST(Matter, of_a_solid_is_measured_better_than_its_light) {
   EXPECT_LT(errors.too_large, 0.08);
 }
 
-// A sheet in a fiftieth of its cell.
+// A sheet that fills a fiftieth of its cell.
 TEST(Matter, of_a_thin_cell_takes_more_points_and_is_unbiased) {
   Scene scene = furnace({component(scene::Solid{scene::Cuboid{{0, 0.13, 0}, {1, 0.135, 1}}}, 8)});
   scene.illumination_resolution = {4, 4, 4};
@@ -133,7 +134,7 @@ TEST(Matter, of_a_thin_cell_takes_more_points_and_is_unbiased) {
   for (int seed = 1; seed <= seeds; ++seed)
     d.add(matter(tallies, {0}, 4, static_cast<std::uint64_t>(seed))[0] / exact);
   EXPECT_GT(replicates_p(d, 1), level) << d.mean();
-  EXPECT_LT(d.standard_error() * std::sqrt(seeds), 0.4);  // 10 of the points hit, not 1.3
+  EXPECT_LT(d.standard_error() * std::sqrt(seeds), 0.4);  // 10 points hit the sheet instead of 1.3
 }
 
 // ---- Bounds

@@ -1,6 +1,6 @@
 /// \file
-/// Default pictures against the truth: six of the combinations (tests/long has all of them), and
-/// recorded pictures by paths.
+/// Default pictures against references: six of the combinations (tests/long has all of them), and
+/// recorded pictures by path tracing.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -55,7 +55,7 @@ void expect_recorded(const std::string& medium) {
     double squares = 0;
     for (const Series& s : of_block)
       squares += s.standard_error() * s.standard_error() / static_cast<double>(of_block.size());
-    EXPECT_LT(std::sqrt(squares), 0.005 * picture);  // each of them is below 0.8 %
+    EXPECT_LT(std::sqrt(squares), 0.005 * picture);  // each block is below 0.8 %
     expect_accurate(compare(scene_of_recorded(c), truth), c.name());
   }
 }

@@ -1,5 +1,5 @@
 /// \file
-/// Baked light is the light of closed forms, and as uncertain as it says.
+/// Baked light agrees with closed forms, and its error estimate is right.
 #include "tyndall/render/bake.h"
 
 #include <gtest/gtest.h>
@@ -24,7 +24,7 @@ double mean_red(const std::vector<Vec3f>& colors) {
   return sum / static_cast<double>(colors.size());
 }
 
-/// measure(baked) of several seeds.
+/// The results of measure(baked) for several seeds.
 template <class Measure>
 Series bakes(Scene scene, int count, const Measure& measure) {
   Series series;
@@ -47,11 +47,11 @@ TEST(Bake, has_the_light_of_a_furnace) {
 }
 
 TEST(Bake, has_the_direction_of_a_beam) {
-  // Next to nothing scatters twice. Irradiance E along d: fluence E, slope 3 E d / (4 pi).
+  // Almost no light scatters twice. Irradiance E along d has fluence E and slope 3 E d / (4 pi).
   Scene scene = furnace({component(scene::Solid{}, 1e-3)});
   scene.lights = {scene::DirectionalLight{{0.6, 0.0, -0.8}, {2, 4, 6}}};
   scene.illumination_resolution = {2, 2, 2};
-  scene.photons = 4000000;  // of which a thousandth meets
+  scene.photons = 4000000;  // a thousandth collides
   const double expected[] = {2.0, 2.0 * 3 * 0.6 / (4 * std::numbers::pi), 0.0,
                              2.0 * 3 * -0.8 / (4 * std::numbers::pi)};
   Series measured[4];
@@ -65,7 +65,7 @@ TEST(Bake, has_the_direction_of_a_beam) {
     SCOPED_TRACE(i);
     if (expected[i] == 0.0)
       EXPECT_NEAR(measured[i].mean(), 0.0, 1e-3);
-    else  // what is scattered twice adds less than a thousandth
+    else  // light scattered twice adds less than a thousandth
       EXPECT_NEAR(measured[i].mean() / expected[i], 1.0,
                   2e-3 + 5 * measured[i].standard_error() / std::abs(expected[i]));
   }
@@ -103,8 +103,8 @@ TEST(Bake, per_light_adds_up_to_all_light) {
   }
 }
 
-/// Sums over all directions of w, by Gauss and Legendre in the cosine: of what in_scattered() gives
-/// about an axis, and of that times the cosine, over 4 pi.
+/// Means over all directions w, by Gauss-Legendre in the cosine to an axis: of in_scattered(), and
+/// of in_scattered() times the cosine.
 struct Moments {
   double mean = 0, first = 0;
 };
@@ -114,7 +114,7 @@ TEST(Bake, lobe_is_never_negative_and_keeps_mean_and_slope) {
   const Vec3f axis = normalize(Vec3f{0.3f, -0.5f, 0.8f}), across{0.8f, 0.0f, -0.3f};
   const Vec3f side = normalize(across);
   for (const float g : {-0.9f, -0.3f, 0.0f, 0.5f, 0.85f, 0.95f}) {
-    for (const float share : {0.0f, 0.01f, 0.5f, 0.9f, 1.0f}) {  // how parallel the light is
+    for (const float share : {0.0f, 0.01f, 0.5f, 0.9f, 1.0f}) {  // 1: parallel light
       const float mean = 0.7f;
       const Vec3f slope = (3 * mean * share) * axis;
       Moments m;
@@ -131,7 +131,7 @@ TEST(Bake, lobe_is_never_negative_and_keeps_mean_and_slope) {
       EXPECT_NEAR(m.mean, 0.7, 5e-5) << g << ", " << share;
       EXPECT_NEAR(m.first, 0.7 * double{share} * double{g}, 5e-5) << g << ", " << share;
     }
-    // A beam is scattered by the phase function itself.
+    // The lobe of a beam is the phase function.
     for (const float cosine : {1.0f, 0.5f, -1.0f}) {
       const Vec3f w = cosine * axis + std::sqrt(1 - cosine * cosine) * side;
       const double exact =
@@ -139,7 +139,7 @@ TEST(Bake, lobe_is_never_negative_and_keeps_mean_and_slope) {
           / std::pow(1 + double{g} * double{g} - 2 * double{g} * double{cosine}, 1.5);
       EXPECT_NEAR(double{in_scattered(0.7f, 2.1f * axis, w, g)} / exact, 1, 2e-4) << g;
     }
-    // What rounds to more than a beam is one; light that is not there is black.
+    // Light that rounds to more than a beam counts as a beam; absent light is black.
     EXPECT_TRUE(std::isfinite(in_scattered(0.7f, 2.2f * axis, axis, g)));
     EXPECT_EQ(in_scattered(0.0f, axis, axis, g), 0);
     EXPECT_EQ(in_scattered(-0.1f, axis, axis, g), 0);
@@ -147,8 +147,8 @@ TEST(Bake, lobe_is_never_negative_and_keeps_mean_and_slope) {
   }
 }
 
-/// Forward clouds, without what is scattered once: the moments are those of a reference; how far
-/// lobes made of them are off is printed, for docs/bake.md.
+/// For forward-scattering slabs, without single scattering, the moments agree with a reference. The
+/// errors of lobes from these moments are printed, for docs/bake.md.
 TEST(Bake, has_the_rest_of_slabs_that_scatter_forwards) {
   constexpr double g = 0.85, shares[] = {0.1, 0.5, 0.9}, cosines[] = {1, 0.5, 0, -0.5, -1};
   const GaussLegendre rule(32);
@@ -157,10 +157,10 @@ TEST(Bake, has_the_rest_of_slabs_that_scatter_forwards) {
   };
   for (const double thickness : {2.0, 10.0}) {
     Scene scene = slab(thickness, 1, scene::HenyeyGreensteinPhase{g});
-    const int layers = static_cast<int>(20 * thickness);  // so thin that light hardly bends in them
+    const int layers = static_cast<int>(20 * thickness);  // light is almost linear within one
     scene.illumination_resolution = {1, 1, layers};
     scene.photons = 400000;
-    // The depths lie between two cells.
+    // Each depth lies between two cells.
     Series mean[3], slope[3], across;
     for (int i = 0; i < 8; ++i, ++scene.seed) {
       const BakedLight light = baked(scene, true, false, true);
@@ -191,7 +191,7 @@ TEST(Bake, has_the_rest_of_slabs_that_scatter_forwards) {
         exact.mean += light;
         exact.first += light * (2 * rule.nodes[i] - 1);
       }
-      // First harmonic of what is scattered: g slope.
+      // The first harmonic of scattered light is g slope.
       const double exact_slope = 3 * exact.first / g;
       EXPECT_LT(mean[d].standard_error(), 0.01 * exact.mean);
       EXPECT_LT(slope[d].standard_error(), 0.01 * exact_slope);

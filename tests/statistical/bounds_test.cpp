@@ -1,4 +1,4 @@
-// Ten million densities of noise clouds, none beyond the bounds of its region.
+// None of ten million densities of noise clouds exceeds the bounds of its region.
 #include "tyndall/render/bounds.h"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 std::vector<scene::CloudBody> bodies() {
   scene::Plume smoke, funnel;
   smoke.lean = {0.4, -0.3};
-  funnel.radius_base = 0.4;  // narrows: its apex is within the box
+  funnel.radius_base = 0.4;  // it narrows, with the apex within the box
   funnel.radius_top = 0.02;
   funnel.height = 0.6;
   return {scene::Sphere{}, scene::Ellipsoid{glm::dvec3(0.5), {0.5, 0.2, 0.35}},
@@ -27,7 +27,7 @@ std::vector<scene::CloudBody> bodies() {
           smoke,           funnel};
 }
 
-/// As a scene's only component: what prepare() makes of it.
+/// The view that prepare() makes of a cloud as the only component.
 NoiseCloud view(const scene::NoiseCloud& cloud) {
   Scene scene = furnace({component(cloud, 1.0)});
   scene.medium.majorant_resolution = {1, 1, 1};
@@ -39,7 +39,8 @@ struct Found {
   int points = 0;
 };
 
-/// The extremes of the density over `r`: random points, then ever shorter steps from the best.
+/// Searches the extremes of the density over `r`: random points, then shrinking steps from the
+/// best.
 Found search(const NoiseCloud& field, const Region& r, int n, Random& random) {
   Found found;
   glm::dvec3 lowest{0}, highest{0};
@@ -79,7 +80,7 @@ TEST(Bounds, hold_at_ten_million_points_of_noise_clouds) {
       }
     }
   }
-  constexpr int regions = 100;  // of each
+  constexpr int regions = 100;  // per case
   std::atomic<std::int64_t> points = 0, outside = 0, narrow = 0, beyond_corners = 0;
   parallel_for(0, cases.size(), 1, 0, [&](std::uint64_t begin, std::uint64_t end) {
     for (std::uint64_t c = begin; c < end; ++c) {
@@ -91,7 +92,7 @@ TEST(Bounds, hold_at_ten_million_points_of_noise_clouds) {
         const Bounds bounds = density_bounds(field, r);
         const Found found = search(field, r, 1000, random);
         points += found.points;
-        // The region's corners are floats within rounding only.
+        // The region's corners are floats only up to rounding.
         outside += found.least < bounds.lower - 1e-9 || found.most > bounds.upper + 1e-9;
         narrow += bounds.upper - bounds.lower < 0.5;
         double corners = 0;
@@ -113,7 +114,7 @@ TEST(Bounds, hold_at_ten_million_points_of_noise_clouds) {
   EXPECT_GT(beyond_corners, all / 10) << "corner values alone would have done";
 }
 
-/// Points side by side, so that the compiler makes SIMD lanes of them.
+/// Points in arrays, so that the compiler vectorises the loops.
 struct Points {
   static constexpr int size = 256;
   float x[size], y[size], z[size], noise[size];
@@ -133,7 +134,7 @@ struct Points {
   }
 };
 
-// What the benchmark times at 32768^3: majorants, minorants and the table of the noise.
+// Tests the case that the benchmark times at 32768^3: majorants, minorants and the noise table.
 TEST(Bounds, hold_at_a_hundred_million_points_of_fifteen_octaves) {
   std::atomic<std::int64_t> points = 0, outside = 0, tabulated = 0, off_table = 0, differ = 0;
   for (const bool soft : {true, false}) {

@@ -1,6 +1,6 @@
 /// \file
-/// What detectors find against closed forms. Matter that absorbs all or nothing and grey light keep
-/// all weights at 1: bins are counts of photons.
+/// Detectors against closed forms. Grey light and a medium that absorbs all or nothing keep all
+/// weights at 1, so bins are counts of photons.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -30,9 +30,9 @@ RenderResult run(Scene scene, std::uint64_t photons) {
   return render(scene, *make_cpu_backend());
 }
 
-/// The radiance in an empty box is that around it: it leaves evenly over the faces, by the cosine,
-/// and its mean chord is 4 volume / surface. So it is with matter that scatters in any way, where
-/// the chord is the mean way.
+/// The radiance in an empty box equals that around it. Light leaves uniformly over the faces, with
+/// a cosine distribution, and the mean chord is 4 volume / surface. The same holds for any
+/// scattering medium, where the chord is the mean path length.
 TEST(DetectorsOfPhotons, find_an_even_light_even_however_it_is_scattered) {
   for (const double extinction : {1e-6, 3.0}) {
     Scene scene =
@@ -51,7 +51,7 @@ TEST(DetectorsOfPhotons, find_an_even_light_even_however_it_is_scattered) {
     p.push_back(chi_square_test(counts(result, d.angle_begin(), 12), expected).p);
     Series ways;
     const std::vector<std::int64_t> lengths = counts(result, d.length_begin(), 4000);
-    EXPECT_EQ(lengths.back(), 0);  // nothing is cut off
+    EXPECT_EQ(lengths.back(), 0);  // no path is too long for the bins
     for (std::size_t i = 0; i < lengths.size(); ++i)
       for (std::int64_t n = 0; n < lengths[i]; ++n) ways.add(0.01 * (static_cast<double>(i) + 0.5));
     p.push_back(ways.p_of_mean(4 * 6 / 22.0));
@@ -71,14 +71,15 @@ TEST(DetectorsOfPhotons, find_black_matter_absorb_as_Beer_says) {
       level);
 }
 
-/// Scattered once in an isotropic slab: what leaves is in closed form; not scattered: Beer.
+/// Light scattered once in an isotropic slab has a closed form; unscattered light follows Beer's
+/// law.
 TEST(DetectorsOfPhotons, find_as_much_light_unscattered_and_scattered_once_as_there_is) {
   Scene scene = slab(1, 1);
   scene.detectors.scattering_bins = 3;
   const double n = 400000;
   const RenderResult result = run(scene, 400000);
   const std::vector<std::int64_t> found = counts(result, 0, 3);
-  // Escape from depth t of light that is even in direction: (E2(t) + E2(1 - t)) / 2.
+  // Isotropic light escapes from depth t with probability (E2(t) + E2(1 - t)) / 2.
   const GaussLegendre rule(40);
   const auto e2 = [&](double t) {  // integral of exp(-t / m) over cosines m
     double sum = 0;
@@ -95,8 +96,7 @@ TEST(DetectorsOfPhotons, find_as_much_light_unscattered_and_scattered_once_as_th
             level);
 }
 
-/// Light of an isotropic slab that is reflected, by angle: radiance times cosine
-/// [Chandrasekhar1960].
+/// The reflected light of an isotropic slab, by angle: radiance times cosine [Chandrasekhar1960].
 TEST(DetectorsOfPhotons, find_the_angles_of_light_from_a_slab) {
   Scene scene = slab(1, 1);
   constexpr int bins = 10;

@@ -1,7 +1,7 @@
 /// \file
-/// Matter that shines, against closed forms: matter in thermal equilibrium with light around it
-/// cannot be seen, whatever it scatters; an isothermal layer has the radiance 1 - exp(-tau) of an
-/// opaque one; and photons carry what a quadrature of the emission says, from where it says.
+/// Emissive media against closed forms. A medium in thermal equilibrium with the light around it is
+/// invisible, for any scattering. An isothermal layer has 1 - exp(-tau) of the radiance of an
+/// opaque one. The power and the origins of photons agree with a quadrature of the emission.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -28,7 +28,7 @@ void PrintTo(const Oven& oven, std::ostream* out) { *out << oven.name; }
 
 class IsothermalOven : public testing::TestWithParam<Oven> {};
 
-/// Kirchhoff's law: with light of its own radiance around it, matter vanishes.
+/// Kirchhoff's law: a medium is invisible in light of its own radiance.
 TEST_P(IsothermalOven, hides_matter_of_its_own_temperature) {
   Scene scene =
       furnace({shining(GetParam().matter, scene::ColorEmission{glm::dvec3(1), scene::Solid{}})});
@@ -67,7 +67,7 @@ TEST(Emission, of_an_isothermal_layer_is_that_of_an_opaque_one_times_its_opacity
   scene.lights.clear();
   scene.medium.components[0] =
       shining(scene.medium.components[0], scene::ColorEmission{{3, 2, 1}, scene::Solid{}});
-  // Straight through: a camera far away that sees a spot of the layer.
+  // A distant camera looks straight through a spot of the layer.
   scene.camera.position = {0.5, 0.5, -1000};
   scene.camera.look_at = {0.5, 0.5, 0.5};
   scene.camera.up = {0, 1, 0};
@@ -85,7 +85,7 @@ TEST(Emission, of_an_isothermal_layer_is_that_of_an_opaque_one_times_its_opacity
   }
 }
 
-/// Power [W] of all channels by quadrature at random points.
+/// Compares the power [W] of all channels with a quadrature at random points.
 TEST(Emission, photons_carry_the_power_of_the_matter) {
   scene::Component hot = component(high_variation(5), 25, 0.3);
   hot.albedo = {0.3, 0.6, 0.8};
@@ -115,7 +115,7 @@ TEST(Emission, photons_carry_the_power_of_the_matter) {
         prepared.shot_power / static_cast<double>(scene.photons) / double{weight_units};
     for (int channel = 0; channel < 3; ++channel) {
       const double shot = unit * static_cast<double>(tallies.account.ledger.shot_power[channel]);
-      // Photons are born or not: their number is as if drawn with the share that is.
+      // A photon is born or not, so the number of born photons is binomial.
       const double share =
           1
           - static_cast<double>(tallies.account.ledger.missed) / static_cast<double>(scene.photons);
@@ -131,7 +131,7 @@ TEST(Emission, photons_carry_the_power_of_the_matter) {
   }
 }
 
-/// Where photons start, along x, against the quadrature: chi-square over 16 slices.
+/// Compares the origins of photons along x with the quadrature: chi-square over 16 slices.
 TEST(Emission, photons_start_where_the_matter_shines) {
   scene::Component hot = component(high_variation(5), 25, 0);
   hot.emission = scene::ColorEmission{glm::dvec3(1), low_variation(3, 11)};

@@ -1,6 +1,6 @@
 /// \file
-/// Slabs in the sun that scatter by phase functions with peaks, against the doubling of layers:
-/// radiance by the default integrator, whose grid holds only harmonics up to order 2, and by paths.
+/// Sunlit slabs with peaked phase functions, against the doubling of layers: radiance of the
+/// default integrator, whose grid holds only harmonics up to order 2, and of path tracing.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,7 +14,7 @@
 namespace tyndall::test {
 namespace {
 
-// ---- The reference itself
+// ---- The reference
 
 TEST(SlabReference, is_chandrasekhar_s_slab_where_scattering_is_isotropic) {
   for (const double albedo : {0.5, 0.9, 1.0}) {
@@ -50,7 +50,7 @@ TEST(SlabReference, keeps_energy_and_does_not_depend_on_its_streams) {
 }
 
 TEST(SlabReference, scatters_within_what_it_shows_outside) {
-  // The radiance that leaves a slab is the integral of what is scattered along the view.
+  // The radiance that leaves a slab is the integral of the scattered light along the view.
   const auto moments = henyey_greenstein_moments(0.85, 128);
   const double thickness = 2;
   const SlabReference slab(thickness, 0.95, moments, {0.6}, 48);
@@ -82,7 +82,8 @@ Lit henyey_greenstein(double thickness, double g) {
           g > 0.9 ? 160 : 96};
 }
 
-/// Looks at a slab's lit face, cosine > 0 with its normal, or at the other one.
+/// Looks at a slab's lit face if cosine > 0, otherwise at the other one. \param cosine to the
+/// normal
 void look(Scene& scene, double cosine) {
   scene.camera.projection = scene::Projection::orthographic;
   scene.camera.width = 0.01;
@@ -113,7 +114,7 @@ void expect_radiance(const Lit& lit, double cosine, int bounces, std::uint64_t s
 
 TEST(ForwardSlab, shows_the_radiance_that_doubling_says) {
   expect_radiance(henyey_greenstein(2, 0.85), 1, 1, 2000);
-  // 0.9 % of noise without directions about the direction to the light.
+  // The noise is 0.9 % without sampling directions around the direction to the light.
   expect_radiance(henyey_greenstein(0.1, 0.95), 1, 1, 16000, 0.003);
   expect_radiance(henyey_greenstein(2, 0.85), -0.9, 1, 200);
   expect_radiance(henyey_greenstein(2, 0.9), 0.5, 1, 800);
@@ -122,7 +123,7 @@ TEST(ForwardSlab, shows_the_radiance_that_doubling_says) {
   expect_radiance(henyey_greenstein(2, 0.7), 1, 0, 200);
 }
 
-// Radiance 1 from everywhere is radiance 1 everywhere, whatever the phase function.
+// With radiance 1 from all directions, the radiance is 1 everywhere, for any phase function.
 TEST(ForwardFurnace, is_white_by_the_default_camera) {
   for (const double g : {0.85, -0.85}) {
     Scene scene = furnace({component(scene::Solid{}, 4, 1, scene::HenyeyGreensteinPhase{g})});
@@ -138,8 +139,8 @@ TEST(ForwardFurnace, is_white_by_the_default_camera) {
   }
 }
 
-// Seen towards the sun, light scattered n times by a narrow peak is as if it were scattered once by
-// one of mean cosine g^n: radiance is the sum over n of tau^n / n! exp(-tau) P(g^n, 1).
+// Towards the sun, light scattered n times by a narrow peak looks like light scattered once by a
+// peak of mean cosine g^n: the radiance is the sum over n of tau^n / n! exp(-tau) P(g^n, 1).
 TEST(ForwardPeak, is_as_bright_towards_the_sun_as_it_is) {
   const double tau = 0.1;
   for (const double g : {0.98, 0.99, 0.995, 0.999}) {
@@ -162,7 +163,7 @@ TEST(ForwardPeak, is_as_bright_towards_the_sun_as_it_is) {
                   exact);
       EXPECT_EQ(results[0].clamped, 0u) << g;
       EXPECT_LT(error, 0.05) << g;
-      // Cosines near 1 are in steps of 6e-8, the width of the narrowest peak is 1e-6.
+      // Cosines near 1 have steps of 6e-8; the width of the narrowest peak is 1e-6.
       EXPECT_LT(std::abs(off), (g > 0.998 ? 0.15 : 0.01) + 4 * error) << g;
     }
   }

@@ -1,7 +1,6 @@
 /// \file
 /// The law of free paths: transmittance exp(-tau) and the distribution of the distance to a
-/// collision, for every sampler and super-voxel size, against quadratures that know nothing of
-/// majorants.
+/// collision, for every sampler and super-voxel size, against quadratures without majorants.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,12 +15,12 @@
 namespace tyndall::test {
 namespace {
 
-constexpr double level = 1e-3;  // of a whole test, by Bonferroni
+constexpr double level = 1e-3;  // for a whole test, by Bonferroni
 
 struct Medium {
   std::string name;
   Scene scene;  // owns the grids that a PreparedScene reads
-  /// Closed form of the density at a point of local space, where there is one.
+  /// The closed form of the extinction at a point of local space, if there is one.
   std::function<double(glm::dvec3)> sigma_t;
 };
 
@@ -39,8 +38,8 @@ Medium linear_ramp(int voxels, int axis) {
   return m;
 }
 
-// A part of the cloud's box, where all rays meet matter: bounds are proven for that part only,
-// which takes less time.
+// A part of the cloud's box in which all rays hit the medium. Computing bounds for that part only
+// takes less time.
 Medium noise(const scene::NoiseCloud& cloud, const std::string& name, glm::dvec3 corner,
              double extinction) {
   Medium m{name + ", " + std::to_string(cloud.octaves) + " octaves", {}, {}};
@@ -71,7 +70,7 @@ std::vector<Ray> rays(const PreparedScene& scene) {
           {{e.x, 0.9f * e.y, 0.8f * e.z}, normalize({-0.9f * e.x, -0.6f * e.y, -0.5f * e.z})}};
 }
 
-/// Optical depth from the closed form, by the middle rule in double.
+/// The optical depth of the closed form, by the midpoint rule in double.
 double closed_form(const Medium& medium, const PreparedScene& scene, const Ray& ray) {
   const Box box = std::visit([](const auto& m) { return m.whole.box; }, scene.medium);
   const int n = 20000;
@@ -90,7 +89,7 @@ std::int64_t escaped(const std::vector<FreePath>& paths) {
   return std::count_if(paths.begin(), paths.end(), [](const FreePath& p) { return !p.collided; });
 }
 
-/// p of the distances of those that collided, and of the share that did.
+/// Adds the p-values of the fraction of paths that collided, and of their distances.
 void compare(const std::vector<FreePath>& paths, const std::function<double(double)>& depth,
              double total, std::vector<double>& p) {
   std::vector<double> distances;
@@ -118,7 +117,7 @@ TEST(FreePath, quadrature_agrees_with_the_closed_form_of_a_ramp) {
   }
 }
 
-// Half a voxel off, 64 voxels change exp(-tau) by 1 %: five standard deviations here.
+// A shift of half a voxel of 64 changes exp(-tau) by 1 %, which is five standard deviations here.
 TEST(FreePath, transmittance_of_ramps_is_the_closed_form) {
   std::vector<double> p;
   std::uint64_t seed = 100;
@@ -126,7 +125,8 @@ TEST(FreePath, transmittance_of_ramps_is_the_closed_form) {
     for (const int axis : {0, 1, 2}) {
       Medium medium = linear_ramp(voxels, axis);
       const PreparedScene scene = prepared(medium, {9, 9, 9});
-      // Starts in the middle and goes up the ramp: a shift of the voxels does not cancel.
+      // The ray starts in the middle and goes up the ramp, so a shift of the voxels does not
+      // cancel.
       const float half[3] = {axis == 0 ? 0.5f : 0.31f, axis == 1 ? 0.5f : 0.42f,
                              axis == 2 ? 0.5f : 0.73f};
       const Ray ray{{half[0], half[1], half[2]},
@@ -183,7 +183,7 @@ INSTANTIATE_TEST_SUITE_P(FreePath, UnbiasedSamplers,
                            return name;
                          });
 
-/// Optical depth of the medium that ray marching sees: constant over each step.
+/// The optical depth of the medium of ray marching, which is constant over each step.
 struct Steps {
   double step;
   std::vector<double> sigma_t, depth{0};
@@ -229,7 +229,7 @@ TEST(RayMarching, follows_the_exponential_law_of_its_own_piecewise_constant_medi
   EXPECT_GT(bonferroni_p(p), level);
 }
 
-// Where steps are coarse the bias must show, or the test above compares nothing.
+// With coarse steps the bias must be visible; otherwise the test above has no power.
 TEST(RayMarching, is_told_from_the_true_medium) {
   Medium medium = harsh(8);
   const PreparedScene scene = prepared(medium, {1, 1, 1});

@@ -1,6 +1,6 @@
 /// \file
-/// The white furnace for all that can be put into it: every field with every phase function and
-/// both integrators, in every light that can come evenly from everywhere.
+/// The white furnace for every field with every phase function and both integrators, in every light
+/// that can be uniform.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -32,7 +32,7 @@ struct Named {
 
 using Lights = std::vector<scene::Light>;
 
-/// Two skies, each a strange one, which together are of radiance 1.
+/// Two irregular skies whose sum has radiance 1.
 Lights complementary_images() {
   std::vector<Vec3f> one, other;
   for (std::uint64_t i = 0; i < 18; ++i) {
@@ -49,7 +49,7 @@ Lights complementary_images() {
   return {sky(one), sky(other)};
 }
 
-/// A closed room about the unit box and the camera.
+/// A closed room around the unit box and the camera.
 Lights walls() {
   Lights walls;
   for (int axis = 0; axis < 3; ++axis) {
@@ -64,7 +64,7 @@ Lights walls() {
   return walls;
 }
 
-/// Lights of radiance 1 from everywhere.
+/// Lights of radiance 1 from all directions.
 std::vector<Named<Lights>> white_lights() {
   return {{"environment", {scene::EnvironmentLight{}}},
           {"images", complementary_images()},
@@ -92,7 +92,7 @@ struct Medium {
 
 void PrintTo(const Medium& medium, std::ostream* out) { *out << medium.name; }
 
-/// One component of a field.
+/// A single component with a field.
 auto one(scene::Field field, double extinction) {
   return [=](scene::Phase phase) { return Components{component(field, extinction, 1, phase)}; };
 }
@@ -110,7 +110,7 @@ Components several(scene::Phase phase) {
           component(scene::Solid{scene::Sphere{{0.3, 0.6, 0.4}, 0.2}}, 10)};
 }
 
-/// Of the samples that met matter: the others are 1 by themselves.
+/// The mean radiance of the samples that hit the medium; the others are exactly 1.
 double radiance_of_matter(const RenderResult& result) {
   const double alpha = mean_of_picture(result, 3);
   return (mean_of_picture(result) - (1 - alpha)) / alpha;
@@ -124,7 +124,7 @@ TEST_P(FurnaceOf, every_phase_function_and_light_is_white) {
   for (const auto& light : white_lights()) {
     for (const auto& phase : phases()) {
       const std::string name = phase.name;
-      if (light.value.size() > 1 && name != "forward") continue;  // time
+      if (light.value.size() > 1 && name != "forward") continue;  // saves time
       Scene scene = furnace(GetParam().components(phase.value));
       scene.lights = light.value;
       scene.medium.majorant_resolution = {4, 4, 4};
@@ -141,7 +141,7 @@ TEST_P(FurnaceOf, every_phase_function_and_light_is_white) {
                     phase.name, photons ? "photons" : "path", seen.mean(), seen.standard_error());
         EXPECT_LT(seen.standard_error(), photons ? 0.015 : 0.005)
             << light.name << " " << phase.name;
-        if (photons) {  // cells of the grid blur what is not even: 1 % at most, here
+        if (photons) {  // cells blur non-uniform light, here by 1 % at most
           EXPECT_LT(std::abs(seen.mean() - 1), 0.01 + 4 * seen.standard_error()) << phase.name;
         } else if (std::abs(seen.mean() - 1) > 1e-6) {  // the film's and the picture's rounding
           EXPECT_GT(replicates_p(seen, 1), sidak_level(level, tests)) << phase.name;
@@ -161,8 +161,8 @@ INSTANTIATE_TEST_SUITE_P(
                     Medium{"sparse_grid", ball_of_a_file, true}, Medium{"several", several}),
     testing::PrintToStringParamName());
 
-// ---- Lamps that light from one side each: many of them, spread evenly and turned at random, are
-// white together, in the mean over the turns.
+// ---- Lights that shine from one side each: many of them, uniformly spread and randomly rotated,
+// form a white furnace in the mean over the rotations.
 
 using Lamp = std::function<scene::Light(glm::dvec3 towards, double irradiance)>;
 
@@ -174,7 +174,7 @@ Lights all_around(const Lamp& lamp, std::uint64_t turn) {
       glm::normalize(glm::dvec3(normal(engine), normal(engine), normal(engine)));
   const glm::dmat4 m = glm::rotate(glm::dmat4(1), 6.28 * normal(engine), axis);
   Lights lights;
-  for (int i = 0; i < n; ++i) {  // Fibonacci's lattice
+  for (int i = 0; i < n; ++i) {  // Fibonacci lattice
     const double z = 1 - (2 * i + 1.0) / n, r = std::sqrt(1 - z * z), angle = 2.39996322973 * i;
     const glm::dvec4 way = m * glm::dvec4(r * std::cos(angle), r * std::sin(angle), z, 0);
     lights.push_back(lamp(glm::dvec3(way), 4 * double{pi} / n));
@@ -202,7 +202,7 @@ TEST(FurnaceOfLamps, of_every_kind_is_white) {
        }},
       {"sphere", [&](glm::dvec3 towards, double e) {
          const double cosine = std::sqrt(1 - radius * radius / (far * far));
-         // What scatters counts light from all directions alike: by the solid angle.
+         // A scattering point weights all directions equally, by solid angle.
          return scene::SphereLight{place(towards), radius,
                                    glm::dvec3(e / (2 * double{pi} * (1 - cosine)))};
        }}};
@@ -220,7 +220,7 @@ TEST(FurnaceOfLamps, of_every_kind_is_white) {
         scene.seed = r;
         scene.lights = all_around(lamp.value, r);
         const RenderResult result = render(scene, *make_cpu_backend());
-        // The lamps that are seen straight on are none of the furnace's light.
+        // Directly visible lights are left out: they are not scattered light.
         const PictureLayer &single = layer(result, "single"), &multiple = layer(result, "multiple");
         double light = 0, through = 0;
         for (std::size_t i = 0; i < 64; ++i) {

@@ -1,6 +1,6 @@
 /// \file
-/// The white furnace: in light of radiance 1 from everywhere, matter that only scatters cannot be
-/// seen. And its opposite, a black body in fog.
+/// The white furnace: in light of radiance 1 from all directions, a medium that only scatters is
+/// invisible. Also its opposite, a black body in fog.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -24,8 +24,9 @@ Pixel pixel(const RenderResult& result, std::size_t i) {
   return {result.picture.rgba[4 * i], result.picture.rgba[4 * i + 3]};
 }
 
-/// Mean radiance of the samples that met matter, over the pixels whose share of such samples, over
-/// all replicates, is within `low` to `high`. The others are 1 by themselves and would hide errors.
+/// The mean radiance of the samples that hit the medium, over the pixels whose fraction of such
+/// samples, over all replicates, is within `low` to `high`. Other samples are exactly 1 and would
+/// hide errors.
 Series radiance_of_matter(const std::vector<RenderResult>& results, double low, double high) {
   const std::size_t pixels = results[0].picture.rgba.size() / 4;
   std::vector<double> share(pixels, 0.0);
@@ -60,8 +61,8 @@ TEST_P(WhiteFurnace, hides_all_that_only_scatters) {
   scene.medium.majorant_resolution.fill(GetParam().super_voxels);
   scene.photons = 150000;
   scene.samples = 256;
-  // Apart, each of single and multiple scattering is right but for the blur of the latter: the
-  // grid's cells show. Together even light is even in the grid, too.
+  // If single scattering is separate, the multiple scattering in the grid is not uniform, and its
+  // blur by the cells shows. Together they are uniform in the grid, too.
   scene.single_scattering = scene::SingleScattering::grid;
   const std::vector<RenderResult> results = replicates(scene, seeds);
 

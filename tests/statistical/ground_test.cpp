@@ -1,5 +1,6 @@
 /// \file
-/// A cloud over a ground, by paths and by photons: what one counts twice or loses, the other shows.
+/// A cloud over a ground, by paths and by photons. Light that one counts twice or loses differs in
+/// the other.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,7 +17,7 @@ namespace {
 
 constexpr double level = 1e-4;
 
-/// Mean over the picture, of a layer or (with no name) of all.
+/// The mean over the picture of a layer, or of the whole radiance if `name` is empty.
 double mean_of(const RenderResult& result, const std::string& name, int channel) {
   if (name.empty()) return mean_of_picture(result, channel);
   const std::vector<float>& values = layer(result, name).values;
@@ -28,7 +29,7 @@ double mean_of(const RenderResult& result, const std::string& name, int channel)
 
 struct Lit {
   const char* name;
-  double error;  ///< that the samples leave, at most
+  double error;  ///< largest standard error, relative
   std::vector<scene::Light> lights;
 };
 
@@ -37,7 +38,7 @@ void PrintTo(const Lit& lit, std::ostream* out) { *out << lit.name; }
 class CloudOverGround : public testing::TestWithParam<Lit> {};
 
 TEST_P(CloudOverGround, is_what_paths_show_after_any_number_of_bounces) {
-  // Thin and soft, so that cells of the grid blur next to nothing.
+  // Thin and soft, so that the cells of the grid cause almost no blur.
   Scene scene = furnace({component(scene::Solid{scene::Sphere{{0.5, 0.4, 0.5}, 0.3}}, 4),
                          component(scene::Solid{}, 0.3, 0.9)});
   scene.medium.components[0].albedo = {1, 0.9, 0.8};
@@ -56,7 +57,7 @@ TEST_P(CloudOverGround, is_what_paths_show_after_any_number_of_bounces) {
   const struct {
     scene::SingleScattering single;
     int bounces;
-    std::vector<std::string> layers;  // light that the grid has is `multiple`, there
+    std::vector<std::string> layers;  // all light of the grid is `multiple`
   } ways[] = {{scene::SingleScattering::apart, 0, {"", "single", "multiple"}},
               {scene::SingleScattering::apart, 1, {"", "single", "multiple"}},
               {scene::SingleScattering::apart, 2, {"", "single", "multiple"}},
@@ -86,7 +87,7 @@ TEST_P(CloudOverGround, is_what_paths_show_after_any_number_of_bounces) {
   }
 }
 
-/// Brighter below.
+/// A sky that is brighter below.
 scene::Light sky() {
   scene::EnvironmentLight light;
   light.image = std::make_shared<Image>(
@@ -95,8 +96,8 @@ scene::Light sky() {
   return light;
 }
 
-/// The point is lower than the ground, beyond an edge of it: some of the cloud sees it, some is in
-/// the ground's shadow.
+/// The point light is below the ground, beyond its edge: a part of the cloud sees it, another part
+/// is in the ground's shadow.
 INSTANTIATE_TEST_SUITE_P(
     , CloudOverGround,
     testing::Values(Lit{"suns",
@@ -110,8 +111,9 @@ INSTANTIATE_TEST_SUITE_P(
                          scene::SphereLight{{0.8, 0.8, 0.3}, 0.1, {3, 5, 10}}}}),
     testing::PrintToStringParamName());
 
-/// In a furnace a white ground is as bright as the sky, by photons, too. Apart, single and multiple
-/// scattering each have an edge, which the cells of the grid blur: half a percent, as without one.
+/// In a furnace a white ground is as bright as the sky, by photons, too. If single scattering is
+/// separate, single and multiple scattering each have an edge at the ground, which the cells of the
+/// grid blur. The error is half a percent, as without a ground.
 TEST(WhiteGround, cannot_be_seen_in_a_furnace_where_both_are_white) {
   Scene scene = furnace({component(scene::Solid{scene::Sphere{{0.5, 0.4, 0.5}, 0.3}}, 5)});
   scene.medium.ground[2] = glm::dvec3(1);

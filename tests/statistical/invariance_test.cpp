@@ -1,5 +1,5 @@
 /// \file
-/// What must not change a result: super-voxels, samplers, and how a medium is cut into components.
+/// Results do not depend on super-voxels, on samplers, or on the division into components.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -22,15 +22,14 @@ namespace {
 constexpr double level = 1e-4;
 constexpr int seeds = 8;
 
-/// Scenes that should look the same are told apart by how often photons leave through each face, by
-/// how often they end within, and by the means of their pictures.
-/// \param turned their faces do not match
+/// Expects that scenes look the same. It compares the numbers of photons that leave through each
+/// face or end within, and the means of the pictures. \param turned whether faces do not correspond
 void expect_alike(std::vector<Scene> scenes, bool turned = false) {
   std::vector<std::vector<std::int64_t>> fates;
   std::vector<Series> light, alpha;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     Scene& scene = scenes[i];
-    scene.seed = 1 + 1000 * i;  // equal seeds would mean equal photons
+    scene.seed = 1 + 1000 * i;  // equal seeds would give equal photons
     std::vector<std::int64_t> counts(7, 0);
     const std::vector<RenderResult> results = replicates(scene, seeds);
     for (const RenderResult& r : results) {
@@ -112,7 +111,7 @@ TEST(Components, absorption_may_be_an_albedo_or_a_black_component) {
   expect_alike({lit({cloud(20, 0.8)}), lit({cloud(16, 1), cloud(4, 0)})});
 }
 
-/// The scene as it is after its world was turned, scaled and moved, in this order.
+/// The scene with its world rotated, scaled and moved, in this order.
 Scene transformed(Scene scene, const glm::dmat4& turn, double scale, glm::dvec3 shift) {
   const glm::dmat4 m =
       glm::translate(glm::dmat4(1), shift) * glm::scale(glm::dmat4(1), glm::dvec3(scale)) * turn;

@@ -1,5 +1,5 @@
 /// \file
-/// Placed lights of any size and at any distance: pictures of photons against those of paths.
+/// Placed lights of any size, at any distance: pictures by photons against those by paths.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ constexpr double level = 1e-4;
 struct Case {
   std::string name;
   scene::Light light;
-  double box = 1;  ///< its width, about a cloud of width 0.8
+  double box = 1;  ///< width of the box around a cloud of width 0.8
 };
 
 std::vector<Case> cases() {
@@ -86,8 +86,8 @@ TEST(FarAndWideLights, light_by_photons_as_they_do_by_paths) {
   }
 }
 
-// A beam on a box 500 times as wide as the cloud: no photon gets there, and each replicate
-// looks as if it were free of noise.
+// A beam shines on a box 500 times as wide as the cloud. No photon hits the cloud, so each
+// replicate seems free of noise.
 TEST(UnlitReplicates, are_counted_named_and_never_free_of_noise) {
   Case c{"", scene::DirectionalLight{{0, -1, 0}, glm::dvec3(1), 0, "key"}, 400};
   Scene scene = scene_of(c);
@@ -108,7 +108,7 @@ TEST(UnlitReplicates, are_counted_named_and_never_free_of_noise) {
   const RenderResult lit = render(scene, *make_cpu_backend());
   EXPECT_EQ(lit.unlit_replicates, 0);
   EXPECT_FALSE(std::isinf(lit.noise));
-  // Thin matter is met as rarely by photons as by the camera's paths.
+  // Photons hit a thin medium as rarely as camera paths do.
   scene.medium.components[0].extinction = 1e-3;
   EXPECT_EQ(render(scene, *make_cpu_backend()).unlit_replicates, 0);
 }

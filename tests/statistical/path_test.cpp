@@ -1,5 +1,5 @@
 /// \file
-/// Paths from the camera: against closed forms, and the photons' pictures against them.
+/// Camera paths against closed forms, and pictures by photons against paths.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 constexpr double level = 1e-4;
 constexpr double pi = 3.14159265358979323846;
 
-/// A tiny picture of what is seen along `view` through the middle of the box, from `distance`.
+/// Sets a camera with a tiny field of view along `view` through the centre, at `distance` from it.
 void look_along(Scene& scene, glm::dvec3 view, double distance) {
   scene.camera.look_at = glm::dvec3(0.5);
   scene.camera.position = glm::dvec3(0.5) - distance * view;
@@ -28,7 +28,7 @@ Series mean_radiance(const Scene& scene, int seeds) {
   return series(replicates(scene, seeds), [](const RenderResult& r) { return mean_of_picture(r); });
 }
 
-// Every path ends outside, with all of its weight, and brings back the radiance there.
+// Every path ends outside with its full weight and returns the radiance there.
 TEST(Paths, see_nothing_of_what_only_scatters_in_a_white_furnace) {
   const scene::Phase forward = scene::HenyeyGreensteinPhase{0.8};
   for (const auto& components : std::vector<std::vector<scene::Component>>{
@@ -49,8 +49,7 @@ TEST(Paths, see_nothing_of_what_only_scatters_in_a_white_furnace) {
 }
 
 // [vandeHulst1980]: albedo 0.9, g 0.75, optical thickness 2, normal incidence: R 0.09739, T
-// 0.66096. What a slab in even light shows along its normal is, by reciprocity, what it does not
-// absorb.
+// 0.66096. By reciprocity, a slab in uniform light has the radiance R + T along its normal.
 TEST(Paths, see_of_a_slab_what_a_textbook_says) {
   for (const int bounces : {-1, 0, 2}) {
     Scene scene = slab(2.0, 0.9, scene::HenyeyGreensteinPhase{0.75});
@@ -66,13 +65,13 @@ TEST(Paths, see_of_a_slab_what_a_textbook_says) {
     if (bounces < 0) {
       EXPECT_GT(replicates_p(seen, 0.09739 + 0.66096), level)
           << seen.mean() << " +- " << seen.standard_error();
-    } else {  // an expansion to second order, and cells of 0.03 mean free paths
+    } else {  // bias of the expansion to second order, and of cells of 0.03 mean free paths
       EXPECT_NEAR(seen.mean(), 0.09739 + 0.66096, 0.004) << bounces << " bounces";
     }
   }
 }
 
-/// Chandrasekhar's H for isotropic scattering, by iteration of its integral equation.
+/// Chandrasekhar's H function for isotropic scattering, by iteration of its integral equation.
 class HFunction {
  public:
   explicit HFunction(double albedo) : albedo_(albedo), values_(n, 1.0) {
@@ -97,7 +96,7 @@ class HFunction {
   std::vector<double> values_;
 };
 
-// [Chandrasekhar1960]: what a half-space reflects of a beam. 30 mean free paths stand for it.
+// [Chandrasekhar1960]: reflection of a beam by a half-space, here 30 mean free paths thick.
 TEST(Paths, see_of_a_half_space_in_the_sun_what_h_functions_say) {
   const double irradiance = 3;
   for (const double albedo : {0.5, 0.9, 0.99}) {
@@ -120,9 +119,9 @@ TEST(Paths, see_of_a_half_space_in_the_sun_what_h_functions_say) {
   }
 }
 
-// A lamp within the medium: shadow walks end there.
+// A point light within the medium, where shadow rays end.
 TEST(Paths, see_the_glow_of_thin_fog_around_a_lamp_within_it) {
-  const double sigma = 1.5, albedo = 1e-3, power = 40;  // scattered twice: 0.0003 more
+  const double sigma = 1.5, albedo = 1e-3, power = 40;  // double scattering adds 0.0003
   Scene scene = furnace({component(scene::Solid{}, sigma, albedo)});
   scene.medium.majorant_resolution = {7, 5, 6};
   scene.lights = {scene::PointLight{{0.5, 0.7, 0.4}, glm::dvec3(power)}};
@@ -142,8 +141,8 @@ TEST(Paths, see_the_glow_of_thin_fog_around_a_lamp_within_it) {
   EXPECT_LT(seen.standard_error(), 0.01 * exact);
 }
 
-// Two suns, a lamp and a sky on a cloud that absorbs some colours: the photons' picture, whose grid
-// is fine, after some bounces. Without them its bias is known, and small.
+// Two suns, a point light and a sky on a cloud that absorbs colours. With a fine grid and some
+// bounces, photons agree with paths. Without bounces their bias is known and small.
 TEST(Paths, are_what_photons_with_bounces_come_to) {
   Scene scene = furnace({component(low_variation(6), 12, 1, scene::HenyeyGreensteinPhase{0.5}),
                          component(scene::Solid{scene::Sphere{{0.3, 0.6, 0.4}, 0.15}}, 30, 0.6)});

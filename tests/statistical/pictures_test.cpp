@@ -1,6 +1,6 @@
 /// \file
-/// The shipped scenes, small: photons, with bounces before a fine grid is read, against paths,
-/// pixel by pixel.
+/// Small versions of the shipped scenes: photons, with a fine grid read after bounces, against
+/// paths, pixel by pixel.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -48,7 +48,7 @@ TEST(PicturesTest, passes_what_is_equal_and_finds_one_pixel_that_is_not) {
 
 struct Shipped {
   const char* name;
-  bool has_files = false;  // that a build without OpenVDB does not read
+  bool has_files = false;  // a build without OpenVDB cannot read them
 };
 
 void PrintTo(const Shipped& shipped, std::ostream* out) { *out << shipped.name; }
@@ -69,7 +69,7 @@ TEST_P(ShippedScene, is_the_same_by_photons_and_by_paths) {
       GTEST_SKIP() << error.what();
     throw;
   }
-  // The finest octaves take the most time to bound and to measure, and no pixel of these shows
+  // The finest octaves take the most time to bound and to measure, and these pixels do not resolve
   // them.
   for (scene::Component& component : scene.medium.components)
     if (auto* cloud = std::get_if<scene::NoiseCloud>(&component.field))
@@ -102,9 +102,9 @@ INSTANTIATE_TEST_SUITE_P(, ShippedScene,
                                          Shipped{"fog_knot", true}),
                          testing::PrintToStringParamName());
 
-// ---- A shipped cloud as it is shipped: its bounces, its cells, its octaves
+// ---- A shipped cloud with its own bounces, cells and octaves
 
-/// Mean over pixels of the product of two independent pictures' differences from two others.
+/// The mean product of two independent differences of pictures, over pixels and pairs.
 double mean_product(const std::vector<std::vector<double>>& differences, std::size_t left_out) {
   double sum = 0;
   std::size_t pairs = 0;
@@ -119,7 +119,7 @@ double mean_product(const std::vector<std::vector<double>>& differences, std::si
   return sum / static_cast<double>(pairs);
 }
 
-/// Root of mean square, noise taken off, and its error by the jackknife.
+/// The root mean square without noise, and its error by the jackknife.
 struct Bias {
   double rms, error;
 
@@ -154,7 +154,7 @@ TEST(DefaultPicture, of_a_shipped_cloud_is_within_a_percent_of_paths) {
   scene.seed = 70;
   const std::vector<RenderResult> paths = replicates(scene, seeds);
 
-  // Luminance, in units of its mean over the cloud.
+  // Luminances relative to the mean over the cloud.
   const std::size_t pixels = paths[0].picture.rgba.size() / 4;
   const auto light = [](const RenderResult& r, std::size_t i) {
     const float* c = &r.picture.rgba[4 * i];

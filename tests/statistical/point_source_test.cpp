@@ -1,6 +1,6 @@
 /// \file
-/// A lamp in an endless medium that absorbs and scatters evenly, against the exact solution: the
-/// fluence that photons leave, and what a camera in there sees.
+/// A point light in an infinite medium that absorbs and scatters isotropically, against the exact
+/// solution: the fluence of photons, and the radiance at a camera within.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ constexpr double pi = std::numbers::pi;
 TEST(PointSource, has_the_closed_form_moments_and_the_limit_of_no_scattering) {
   for (const double albedo : {0.01, 0.3, 0.6, 0.9}) {
     const PointSource source(albedo);
-    EXPECT_NEAR(source.moment(0) * (1 - albedo), 1, 1e-5);  // all is absorbed
+    EXPECT_NEAR(source.moment(0) * (1 - albedo), 1, 1e-5);  // all light is absorbed
     EXPECT_NEAR(source.moment(2) * (1 - albedo) * (1 - albedo), 2, 1e-7);
     EXPECT_NEAR(source.fluence_around_ball(1e-3, 1.5) / source.fluence(1.5), 1, 2e-6);
   }
@@ -29,9 +29,9 @@ TEST(PointSource, has_the_closed_form_moments_and_the_limit_of_no_scattering) {
     EXPECT_NEAR(faint.fluence(r) * 4 * pi * r * r * std::exp(r), 1, 3e-3);
 }
 
-/// A box of 24 mean free paths, a mean free path being a length of 1, around the origin. Light that
-/// left it would have had to go 12 away and come back: at a distance of 5 at most exp(-2 kappa 7)
-/// of it is missing, 3e-6 at albedo 0.6 (kappa 0.91), 5e-5 at albedo 0.8 (kappa 0.71).
+/// A box of 24 mean free paths around the origin, with a mean free path of length 1. Light that
+/// leaves it would have to travel 12 away and back. At a distance of 5, at most exp(-2 kappa 7) of
+/// the light is missing: 3e-6 at albedo 0.6 (kappa 0.91), 5e-5 at albedo 0.8 (kappa 0.71).
 Scene endless(double albedo) {
   Scene scene;
   scene.medium.box_min = glm::dvec3(-12);
@@ -41,7 +41,7 @@ Scene endless(double albedo) {
   return scene;
 }
 
-/// Mean fluence over a cube around `middle`.
+/// The mean fluence over a cube around `middle`.
 double mean_fluence(const PointSource& source, glm::dvec3 middle, double edge) {
   static const GaussLegendre rule(5);
   const auto place = [&](std::size_t i, double m) { return m + edge * (rule.nodes[i] - 0.5); };
@@ -69,7 +69,7 @@ TEST(PointSource, lights_an_endless_medium_as_the_exact_solution_says) {
     std::vector<std::size_t> cells[shells];
     for (int i = 0; i < n * n * n; ++i) {
       const glm::dvec3 middle = edge * (glm::dvec3(i % n, i / n % n, i / n / n) + 0.5 - n / 2.0);
-      // The nearest cells are left out: their corners are the lamp.
+      // The nearest cells are left out, because the light is at their corners.
       const double r = std::hypot(middle.x, middle.y, middle.z);
       if (r < 0.5 || r >= 5) continue;
       const auto shell = static_cast<std::size_t>(r);
@@ -77,7 +77,7 @@ TEST(PointSource, lights_an_endless_medium_as_the_exact_solution_says) {
       const glm::dvec3 octant = glm::abs(middle);
       exact[shell] += mean_fluence(source, octant, edge);
     }
-    // Of what is the same everywhere, every seed would measure the same.
+    // In a homogeneous medium every seed measures the same.
     const std::vector<std::int64_t> matter = shoot_and_measure(scene).matter;
     Series light[shells];
     for (scene.seed = 1; scene.seed <= seeds; ++scene.seed) {
@@ -85,7 +85,7 @@ TEST(PointSource, lights_an_endless_medium_as_the_exact_solution_says) {
       const PreparedScene& prepared = tallies.scene;
       const auto moments = static_cast<std::size_t>(prepared.cells.moments());
       const double points = 8 * std::pow(prepared.strata, 3);
-      // As a picture reads them: N over D, both absolute, times Y_00 4 pi.
+      // As gathering reads them: N over D, both absolute, times Y_00 4 pi.
       const double numerator = prepared.shot_power / static_cast<double>(scene.photons)
                                / double{weight_units} * std::sqrt(4 * pi);
       const double denominator = std::pow(edge, 3) / points / double{prepared.matter_scale};
@@ -109,9 +109,9 @@ TEST(PointSource, lights_an_endless_medium_as_the_exact_solution_says) {
   }
 }
 
-// What a camera sees in there, 1.5 mean free paths from the source, of a line that passes it at
-// 0.8 mean free paths. A lamp gives paths that collide near it weights of any size, whose
-// variance is infinite; so it is a ball that shines, which paths find by chance.
+// The radiance at a camera within the medium, along a line that passes the source at 0.8 mean free
+// paths, 1.5 mean free paths ahead. Near a point light the weights of paths are unbounded and their
+// variance is infinite. So the source is an emissive ball, which paths hit without light sampling.
 TEST(PointSource, is_seen_by_paths_within_the_medium_as_the_exact_solution_says) {
   const double albedo = 0.8, radius = 0.4, nearest = 0.8, before = 1.5, power = 100;
   Scene scene = endless(albedo);

@@ -1,5 +1,5 @@
 /// \file
-/// Absolute numbers: what lights of so many watts make of a medium, from closed forms and a table.
+/// Absolute radiances of media in lights of known power, against closed forms and a table.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,9 +16,8 @@ namespace {
 constexpr double level = 1e-4;
 constexpr double pi = std::numbers::pi;
 
-// Of light that was scattered once, less than 1e-3 is scattered again: below what the tests see.
-// (And the film counts in steps of 1e-7 of the brightest light: much fainter matter would not be
-// rendered well.)
+// Less than 1e-3 of the light scattered once is scattered again, below the tests' resolution. (The
+// film counts in steps of 1e-7 of the brightest light, so it does not resolve much fainter media.)
 constexpr double faint = 1e-3;
 
 void look_along(Scene& scene, glm::dvec3 direction, double distance, double fov) {
@@ -30,10 +29,10 @@ void look_along(Scene& scene, glm::dvec3 direction, double distance, double fov)
   scene.camera.resolution = {8, 8};
 }
 
-// ---- Many times scattered
+// ---- Multiple scattering
 
-// [vandeHulst1980], the table that every Monte Carlo of tissue is held to: normal light on a layer
-// of optical thickness 2.
+// [vandeHulst1980], the reference of Monte Carlo codes for tissue: normal light on a layer of
+// optical thickness 2.
 TEST(Slab, of_van_de_hulst_reflects_and_transmits_what_the_table_says) {
   Scene scene = slab(2, 0.9, scene::HenyeyGreensteinPhase{0.75});
   scene.photons = 2000000;
@@ -44,7 +43,7 @@ TEST(Slab, of_van_de_hulst_reflects_and_transmits_what_the_table_says) {
       << static_cast<double>(ledger.escaped[5]) / static_cast<double>(ledger.shot);
 }
 
-// ---- Not scattered at all
+// ---- No scattering
 
 TEST(BlackBox, shows_the_background_weakened_by_exp_of_minus_the_optical_depth) {
   for (const double optical_depth : {0.1, 1.0, 4.0}) {
@@ -68,15 +67,15 @@ TEST(BlackBox, shows_the_background_weakened_by_exp_of_minus_the_optical_depth) 
   }
 }
 
-// ---- Scattered once
+// ---- Single scattering
 
-/// 2, 1 and 3 at cosines -1, 0 and 1: 7 pi together.
+/// A table with 2, 1 and 3 at cosines -1, 0 and 1, whose integral is 7 pi.
 scene::Phase valley() {
   return scene::TabulatedPhase{
       std::make_shared<const scene::PhaseTable>(scene::PhaseTable{{-1, 0, 1}, {2, 1, 3}})};
 }
 
-/// Phase function [1/sr].
+/// The value of a phase function [1/sr].
 double phase_function(const scene::Phase& phase, double cosine) {
   if (std::holds_alternative<scene::RayleighPhase>(phase))
     return 3 / (16 * pi) * (1 + cosine * cosine);
@@ -90,8 +89,8 @@ double phase_function(const scene::Phase& phase, double cosine) {
   return (1 - g * g) / (4 * pi * std::pow(1 + g * g - 2 * g * cosine, 1.5));
 }
 
-/// Radiance that leaves a layer of this optical thickness after one scattering: per irradiance of
-/// a beam of direction `sun`, seen along `view`. [Chandrasekhar1960]
+/// The radiance that leaves a layer of this optical thickness after one scattering, per irradiance
+/// of a beam along `sun`, seen along `view` [Chandrasekhar1960].
 double scattered_once(double thickness, const scene::Phase& phase, glm::dvec3 sun,
                       glm::dvec3 view) {
   const double in = 1 / std::abs(sun.z), out = 1 / std::abs(view.z);
@@ -135,7 +134,7 @@ TEST(SingleScattering, in_a_layer_is_the_closed_form_from_all_angles) {
   }
 }
 
-// The light stands on the axis of the box, so that all its light enters through one face.
+// The point light is on the axis of the box, so that all its light enters through one face.
 TEST(SingleScattering, near_a_point_light_falls_with_the_square_of_the_distance) {
   const double sigma = 0.8, power = 500;
   const glm::dvec3 position(-1, 0.5, 0.5);
@@ -146,12 +145,12 @@ TEST(SingleScattering, near_a_point_light_falls_with_the_square_of_the_distance)
   scene.illumination_resolution = {32, 32, 32};
   scene.photons = 500000;
   scene.samples = 4000;
-  const double distance = 1000;  // nearly parallel rays, the picture is the face z = 0
+  const double distance = 1000;  // nearly parallel rays; the image is the face z = 0
   look_along(scene, {0, 0, 1}, distance + 0.5, 2 * std::atan(0.5 / distance) * 180 / pi);
   scene.camera.up = {0, 1, 0};
 
   const int n = 64;                   // points of the quadrature along each axis
-  std::vector<double> exact(8, 0.0);  // for the columns of the picture, from the left
+  std::vector<double> exact(8, 0.0);  // for the columns of the image, from the left
   for (int i = 0; i < n * n * n; ++i) {
     const glm::dvec3 p((i % n + 0.5) / n, (i / n % n + 0.5) / n, (i / n / n + 0.5) / n);
     const double r = glm::distance(p, position);
@@ -176,8 +175,8 @@ TEST(SingleScattering, near_a_point_light_falls_with_the_square_of_the_distance)
 
 // ---- Fog around a black body
 
-// Seen from above (+y) with the sun in -z. Black matter must not count as matter that could
-// scatter: it would darken all fog within a cell of the illumination grid.
+// Seen from above (+y) with the sun in -z. A black component must not count as scattering: it would
+// darken all fog within a cell of the illumination grid.
 TEST(BlackBody, does_not_darken_the_fog_around_it) {
   const double sigma = 0.5, irradiance = 4 * pi, radius = 0.25;
   const glm::dvec3 middle(0.5);
@@ -192,15 +191,15 @@ TEST(BlackBody, does_not_darken_the_fog_around_it) {
   const double distance = 1000;
   scene.camera.position = {0.5, 1 + distance, 0.5};
   scene.camera.look_at = middle;
-  scene.camera.up = {0, 0, -1};  // row by row along z; columns along x
-  const double width = 0.875;    // of the box: no rims, where half cells are flat
+  scene.camera.up = {0, 0, -1};  // rows are along z, columns along x
+  const double width = 0.875;    // of the box, without rims, where half cells are flat
   scene.camera.fov = 2 * std::atan(0.5 * width / distance) * 180 / pi;
   scene.camera.resolution = {16, 16};
   const std::vector<RenderResult> results = replicates(scene, 10);
 
   const struct {
     const char* name;
-    double nearest, farthest;  // a pixel's way from the body's edge
+    double nearest, farthest;  // distance of a pixel from the body's edge
   } rings[] = {{"within a cell of the body", 0, 1.0 / 16},
                {"a cell away", 1.0 / 16, 2.0 / 16},
                {"farther away", 2.0 / 16, 1}};

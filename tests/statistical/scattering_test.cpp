@@ -1,6 +1,6 @@
 /// \file
-/// What happens between birth and fate: scattering angles, numbers of collisions, lengths of paths,
-/// and thin matter beside dense.
+/// The walk of photons: scattering angles, numbers of collisions, lengths of paths, and thin media
+/// beside dense ones.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -14,8 +14,8 @@ namespace {
 
 constexpr double level = 1e-4;
 
-/// The same photon as the shoot pass's, in a medium that only scatters: calls
-/// see(flight, before, path) after every flight, `before` being the ray that it began with.
+/// Follows a photon of the shoot pass in a medium that only scatters. Calls see(flight, before,
+/// path) after every flight, where `before` is the ray at its start.
 template <class See>
 void follow(const PreparedScene& scene, std::uint64_t index, See&& see) {
   std::visit(
@@ -45,7 +45,7 @@ void follow(const PreparedScene& scene, std::uint64_t index, See&& see) {
       scene.medium);
 }
 
-/// value(photon) for n photons, as a series.
+/// The series of value(photon) for n photons.
 template <class Value>
 Series measure(std::uint64_t n, Value&& value) {
   std::vector<double> values(n);
@@ -57,7 +57,7 @@ Series measure(std::uint64_t n, Value&& value) {
   return series;
 }
 
-/// A peak, a gap and a floor.
+/// A phase function with a peak, a gap and a floor.
 scene::Phase table() {
   return scene::TabulatedPhase{std::make_shared<const scene::PhaseTable>(
       scene::PhaseTable{{-1, -0.5, 0, 0.5, 0.99, 1}, {1, 0, 0, 0.5, 8, 100}})};
@@ -101,15 +101,15 @@ TEST(Scattering, has_the_mean_cosine_of_its_phase_function_and_forwards_is_posit
         });
         return first;
       });
-      // With g = 0.95 the spread is small, and a systematic half a bit would show.
+      // With g = 0.95 the spread is small, so a systematic error of half a bit would show.
       EXPECT_GT(cosine.p_of_mean(mean_cosine(phase)), level)
           << "mean cosine " << cosine.mean() << ", expected " << mean_cosine(phase);
     }
   }
 }
 
-/// Photons through a slab of thickness 1 by a textbook's Monte Carlo that shares nothing with
-/// Tyndall: in double, with its own generator and its own inversion of Henyey-Greenstein.
+/// Photons through a slab of thickness 1 by a textbook Monte Carlo that shares no code with
+/// Tyndall. It uses double precision, its own generator and its own inversion of Henyey-Greenstein.
 struct Textbook {
   std::int64_t reflected = 0, transmitted = 0;
 
@@ -186,14 +186,14 @@ TEST(Scattering, in_an_endless_medium_ends_after_one_over_one_minus_albedo_colli
 
 // ---- Lengths of paths
 
-/// Mean length of the paths through a box that only scatters, in diffuse light.
+/// The lengths of the paths through a box that only scatters, in diffuse light.
 Series path_lengths(const Scene& scene, std::uint64_t photons) {
   const PreparedScene prepared = prepare(scene, 0);
   const Box box = std::visit([](const auto& m) { return m.whole.box; }, prepared.medium);
   return measure(photons, [&](std::uint64_t i) {
     double sum = 0;
     follow(prepared, i, [&](const Flight&, const Ray& from, const Path& to) {
-      // Along periodic axes a flight is told by its progress along an open one.
+      // With periodic axes, the length of a flight follows from its progress along an open axis.
       const double dx = double{to.ray.origin.x} - from.origin.x;
       const double dy = double{to.ray.origin.y} - from.origin.y;
       const double dz = double{to.ray.origin.z} - from.origin.z;
@@ -243,7 +243,7 @@ TEST(Scattering, keeps_the_mean_path_through_a_periodic_layer_at_twice_its_thick
   EXPECT_GT(length.p_of_mean(2.0), level) << length.mean() << " +- " << length.standard_error();
 }
 
-// ---- Thin matter beside dense
+// ---- Thin media beside dense ones
 
 constexpr double fog = 1e-3, body = 1e4;
 
@@ -255,7 +255,8 @@ Scene fog_and_body(int resolution) {
   return scene;
 }
 
-// All decisions there are: every accept word up to 2^16, above which no word may hit the fog.
+// Tests all decisions: every accept word up to 2^16, and a sample of the larger ones, of which none
+// may hit the fog.
 TEST(ThinBesideDense, the_right_share_of_all_accept_words_hits_the_fog) {
   const Scene scene = fog_and_body(1);
   const PreparedScene prepared = prepare(scene, 0);
@@ -274,7 +275,7 @@ TEST(ThinBesideDense, the_right_share_of_all_accept_words_hits_the_fog) {
       ASSERT_NE(hit(word, p), fog_index);
     }
     const double share = static_cast<double>(hits) * 0x1p-32;
-    EXPECT_NEAR(share / (fog / (fog + body)), 1, 2.5e-3);  // 429 words: half a word is 0.0012
+    EXPECT_NEAR(share / (fog / (fog + body)), 1, 2.5e-3);  // of 429 words, half a word is 0.0012
   }
 }
 
@@ -293,7 +294,7 @@ TEST(ThinBesideDense, fog_collides_at_its_rate_within_the_super_voxel_of_the_bod
   }
 }
 
-// Both at once, at extinctions that collide often: the shares of what is hit first.
+// Tests the fractions of the component hit first, at extinctions that collide often.
 TEST(ThinBesideDense, components_are_hit_in_proportion_to_their_extinctions) {
   Scene scene = furnace({component(scene::Solid{}, 3), component(scene::Solid{}, 1),
                          component(random_grid(1, 1, 1, 1), 0), component(scene::Solid{}, 0.02)});

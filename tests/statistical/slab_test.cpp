@@ -1,6 +1,6 @@
 /// \file
-/// Slabs in the sun that scatter evenly in all directions, against Chandrasekhar's X and Y: fluxes
-/// of the photons, and radiance by both integrators.
+/// Sunlit slabs with isotropic scattering, against Chandrasekhar's X and Y functions: fluxes of
+/// photons, and radiance by both integrators.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double level = 1e-4;
 
-// ---- The solution itself
+// ---- The exact solution
 
 TEST(IsotropicSlab, tends_to_h_functions_and_to_the_conservative_asymptote) {
   const IsotropicSlab absorbing(20, 0.9, {1, 0.5});
@@ -64,8 +64,8 @@ TEST(IsotropicSlab, keeps_energy_and_does_not_depend_on_its_streams) {
 
 // ---- Tyndall's slabs
 
-/// A slab that is so wide that less than 1e-4 of the light meets its sides, instead of periodic
-/// ones: light walks in lanes there, several times as fast.
+/// A slab so wide that less than 1e-4 of the light hits its sides. It has no periodic sides, so
+/// photons walk in lanes, several times as fast.
 Scene wide_slab(double thickness, double albedo, double sun) {
   Scene scene = slab(1, albedo);
   const double width = 5e4;
@@ -93,7 +93,7 @@ TEST(Slab, reflects_and_transmits_what_x_and_y_functions_say) {
       scene.seed = ++seed;
       const double r = exact.reflectance(i), t = exact.transmittance(i);
       const double spread = std::max(r * (1 - r), t * (1 - t));
-      // A standard error of 2.8e-4 of what falls in: below 0.1 % of the larger of the two.
+      // The standard error is 2.8e-4 of the incident light, below 0.1 % of the larger flux.
       scene.photons = static_cast<std::uint64_t>(spread / (2.8e-4 * 2.8e-4));
       const Ledger ledger = shoot(scene).account.ledger;
       const auto shot = static_cast<double>(ledger.shot);
@@ -123,8 +123,8 @@ void look_along(Scene& scene, glm::dvec3 view) {
   scene.camera.resolution = {8, 8};
 }
 
-/// What paths and photons (with two bounces before the grid is read, whose bias is `tolerance` at
-/// most) show in the middle of a picture: `exact`.
+/// Expects the radiance `exact` at the image centre, by paths and by photons with two bounces
+/// before the grid is read, whose bias is at most `tolerance`.
 void expect_radiance(Scene scene, double exact, double p_level, double tolerance,
                      const std::string& name) {
   for (const bool photons : {false, true}) {
@@ -151,7 +151,7 @@ TEST(Slab, shows_the_radiance_that_x_and_y_functions_say) {
     const IsotropicSlab exact(s.thickness, s.albedo, cosines);
     for (const int view : {1, 2}) {
       for (const bool reflected : {true, false}) {
-        if (!reflected && s.thickness > 10) continue;  // too few paths get through to tell
+        if (!reflected && s.thickness > 10) continue;  // too few paths get through
         Scene scene = wide_slab(s.thickness, s.albedo, cosines[0]);
         scene.illumination_resolution = {1, 1, 128};
         scene.photons = 50000;
@@ -170,7 +170,7 @@ TEST(Slab, shows_the_radiance_that_x_and_y_functions_say) {
 
 // ---- Over a ground, by the adding method
 
-/// Shares of even light that a slab reflects and lets through.
+/// The fractions of diffuse light that a slab reflects and transmits.
 struct Diffuse {
   double reflectance = 0, transmittance = 0;
 
@@ -199,7 +199,7 @@ TEST(SlabOverGround, reflects_what_the_adding_method_says) {
       const IsotropicSlab exact(s.thickness, s.albedo, {0.5});
       const Diffuse even(s);
       const double t = exact.transmittance(0),
-                   met = t / (1 - ground * even.reflectance),  // by the ground
+                   met = t / (1 - ground * even.reflectance),  // flux onto the ground
           r = exact.reflectance(0) + met * ground * even.transmittance;
       Scene scene = slab_over_ground(s, 0.5, ground);
       scene.seed = ++seed;
@@ -214,19 +214,20 @@ TEST(SlabOverGround, reflects_what_the_adding_method_says) {
       if (r < 1 - 1e-6) {
         EXPECT_GT(proportion_p(ledger.escaped[4], ledger.shot, r), level / 12);
       } else {
-        EXPECT_GT(reflected, 1 - 1e-4);  // but for the sides
+        EXPECT_GT(reflected, 1 - 1e-4);  // except for the sides
       }
-      // A photon gives up to all of its power, in several parts: no more spread than in one.
+      // A photon loses up to its whole power in several parts. The spread is at most that of one
+      // part.
       const double share = (1 - ground) * met;
       EXPECT_NEAR(taken, share, 5 * std::sqrt(share * (1 - share) / shot));
-      if (s.albedo == 1 && ground < 1) {  // it is where the roulette ends photons
+      if (s.albedo == 1 && ground < 1) {  // Russian roulette ends photons only there
         EXPECT_GT(proportion_p(ledger.rouletted, ledger.shot, share), level / 12);
       }
     }
   }
 }
 
-/// The slab lets through to a view what it lets through of a beam from there.
+/// By reciprocity, the transmittance towards a view is that of a beam from the view's direction.
 TEST(SlabOverGround, shows_the_radiance_that_the_adding_method_says) {
   const std::vector<double> cosines = {0.6, 1, 0.3};  // of the sun, of two views
   const double ground = 0.8;
@@ -250,9 +251,8 @@ TEST(SlabOverGround, shows_the_radiance_that_the_adding_method_says) {
   }
 }
 
-// [vandeHulst1980]: albedo 0.9, g 0.75, optical thickness 2, normal incidence. In even light a slab
-// shows along its normal, by reciprocity, what it does not absorb of a beam: R + T. With black
-// behind it, R alone.
+// [vandeHulst1980]: albedo 0.9, g 0.75, optical thickness 2, normal incidence. By reciprocity, a
+// slab in uniform light has the radiance R + T along its normal, and R with black behind it.
 TEST(Slab, of_van_de_hulst_shows_what_the_table_says) {
   for (const bool black : {false, true}) {
     Scene scene = slab(2, 0.9, scene::HenyeyGreensteinPhase{0.75});

@@ -1,5 +1,5 @@
 /// \file
-/// Media that are nearly empty: photons whose light is stored where matter is, against paths.
+/// Nearly empty media: photons, with light stored only where the medium is, against paths.
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr double level = 1e-3;
 
-/// A cube of 16^3 voxels of 1/16, and one of a single voxel that many voxels away.
+/// A cube of 16^3 voxels of size 1/16, and a single voxel at index `away`.
 scene::SparseGrid cube_and_stray(glm::ivec3 away) {
   nanovdb::GridBuilder<float> builder(0.0f, nanovdb::GridClass::FogVolume);
   auto voxels = builder.getAccessor();
@@ -33,7 +33,7 @@ scene::SparseGrid cube_and_stray(glm::ivec3 away) {
   return field;
 }
 
-/// Before the face that light shines on, and the far side seen from below.
+/// A scene with a camera in front of the face z = 0.
 Scene seen(scene::Component matter, const std::vector<scene::Light>& lights) {
   Scene scene;
   scene.medium.components = {std::move(matter)};
@@ -54,7 +54,7 @@ void fit_box(Scene& scene) {
   scene.medium.box_max = box.high;
 }
 
-/// Photons against paths.
+/// Expects that photons agree with paths.
 void expect_right(Scene scene, const char* name, std::uint64_t path_samples) {
   ASSERT_TRUE(resolved(scene).illumination.is_sparse) << name;
   scene.photons = 60000;
@@ -91,7 +91,7 @@ TEST(SparseCells, all_light_from_far_away_finds_the_matter) {
   }
 }
 
-// Each in the shadow of the other: lines through both are of both.
+// Each cloud is in the shadow of the other: lines through both belong to both.
 TEST(SparseCells, two_clouds_far_apart_shade_each_other) {
   Scene scene = seen(component(scene::Solid{scene::Cuboid{{0, 0, 0}, {1, 1, 1}}}, 8, 0.95), {});
   scene.medium.components.push_back(

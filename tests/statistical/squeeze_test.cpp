@@ -1,5 +1,5 @@
 /// \file
-/// Octave squeezing decides as the full sum does, bit for bit.
+/// Octave squeezing makes the same decisions as the full sum, bit for bit.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -30,8 +30,8 @@ struct Replay {
   std::int64_t decisions = 0, differ = 0, real = 0, octaves = 0, asked = 0;
 };
 
-/// Decisions at random points of the unit cube: a third of the words anywhere, the others within
-/// some units in the last place of the density, where rounding decides.
+/// Makes decisions at random points of the unit cube. A third of the words is uniform; the others
+/// lie within some units in the last place of the extinction, where rounding decides.
 Replay replay(const NoiseCloud& field, std::uint64_t count) {
   const float extinction = 100;
   std::atomic<std::int64_t> differ{0}, real{0}, octaves{0};

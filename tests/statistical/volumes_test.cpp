@@ -1,6 +1,6 @@
 /// \file
-/// Grids of several files in one medium, each in its own transform: free paths against the
-/// transmittance that a quadrature of the densities gives.
+/// Grids of several files in one medium, each with its own transform: free paths against the
+/// transmittance from a quadrature of the densities.
 #include <gtest/gtest.h>
 
 #include <cmath>

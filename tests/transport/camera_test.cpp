@@ -23,7 +23,7 @@ PreparedScene prepared(const scene::Camera& c, glm::dvec3 box_min = {0, 0, 0}) {
   return prepare(scene, 1);
 }
 
-/// Without its filter.
+/// The prepared camera, without its filter.
 Camera camera(const scene::Camera& c, glm::dvec3 box_min = {0, 0, 0}) {
   return prepared(c, box_min).camera;
 }
@@ -103,7 +103,7 @@ TEST(Camera, is_placed_relative_to_the_box) {
 
 glm::dvec3 to_dvec3(Vec3f v) { return {v.x, v.y, v.z}; }
 
-/// The axes of a picture, from the scene as it is written.
+/// The axes of an image, computed from the scene's camera.
 struct Axes {
   glm::dvec3 forward, right, up;
 };
@@ -125,8 +125,8 @@ TEST(Camera, focal_length_and_film_width_say_the_field_of_view) {
   EXPECT_NEAR(degrees(direction(pinhole, 0, 0.5), direction(pinhole, 1, 0.5)), 90, 1e-4);
 }
 
-// Whatever the point of the lens, the rays of a point of the picture meet in the plane in focus,
-// where the one through the middle of the lens does; and they start evenly from the lens.
+// The rays of an image point through all points of the lens meet where the ray through the lens's
+// centre hits the plane in focus. Their origins are uniform on the lens.
 TEST(Camera, rays_through_the_lens_meet_in_the_plane_in_focus) {
   scene::Camera c = tilted();
   c.aperture_radius = 0.25;
@@ -199,7 +199,7 @@ TEST(Camera, spherical_rays_go_by_longitude_and_latitude) {
           + std::cos(latitude) * up;
       ASSERT_LT(glm::length(direction(all, u, v) - expected), 1e-6);
       if (i == n || j == m) continue;
-      // Of a small quadrilateral: the area of the parallelogram its diagonals span, halved.
+      // The area of a small quadrilateral: half the parallelogram spanned by its diagonals.
       const double w = 1.0 / n, h = 1.0 / m;
       solid_angle += 0.5
                      * glm::length(glm::cross(direction(all, u + w, v + h) - direction(all, u, v),
@@ -222,7 +222,7 @@ TEST(Camera, a_matrix_places_it_as_look_at_does) {
     m[0] = glm::dvec4(right, 0), m[1] = glm::dvec4(up, 0), m[2] = glm::dvec4(-forward, 0);
     m[3] = glm::dvec4(c.position, 1);
     c.matrix = m;
-    c.position = {7, 8, 9};  // not asked
+    c.position = {7, 8, 9};  // not used
     c.look_at = {9, 9, 9};
     const Camera placed = camera(c);
     for (const float u : {0.0f, 0.4f, 1.0f}) {
@@ -235,7 +235,7 @@ TEST(Camera, a_matrix_places_it_as_look_at_does) {
   }
 }
 
-// ---- Parts of a picture
+// ---- Crop windows
 
 TEST(CropWindow, has_the_streams_of_the_whole_picture) {
   const CropWindow window{7, 5, 2, 1, 3, 4};
@@ -288,7 +288,7 @@ TEST(CropWindow, has_the_pixels_of_the_whole_picture_bit_for_bit) {
 
 // ---- Filters
 
-/// Probability of what is below x.
+/// The cumulative distribution function: the probability of values below x.
 using Distribution = std::function<double(double)>;
 
 double filter_p(scene::Filter filter, double radius, const Distribution& below) {
@@ -341,7 +341,8 @@ TEST(PixelFilter, the_usual_box_leaves_its_numbers_as_they_are) {
 
 // ---- In the medium
 
-// From the middle of an absorbing ball every direction is as dark, and of a glowing one as bright.
+// From the centre of an absorbing ball all directions are equally dark; of a glowing one, equally
+// bright.
 TEST(Camera, sees_from_within_the_medium) {
   Scene scene = furnace({component(scene::Solid{scene::Sphere{glm::dvec3(0.5), 0.4}}, 2.5, 0)});
   scene.lights = {};

@@ -1,5 +1,5 @@
 /// \file
-/// Where the transmittance is one half.
+/// The depth where the transmittance is one half.
 #include "tyndall/transport/depth.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace tyndall::test {
 namespace {
 
-/// \return of the picture's pixels.
+/// \return the depths of the image's pixels.
 std::vector<float> depths(const Scene& scene) {
   const PreparedScene prepared = prepare(scene, 0);
   const auto backend = make_cpu_backend();
@@ -57,7 +57,7 @@ TEST(Depth, ends_at_a_ground) {
   EXPECT_NEAR(depths(scene)[31], 2, 1e-5);
 }
 
-// A step that an edge lies in is off by half of itself at most.
+// In a step with an edge, the depth is off by at most half a step.
 TEST(Depth, of_a_solid_is_right_but_for_half_a_step) {
   const Scene scene = seen(component(scene::Solid{scene::Sphere{{0.5, 0.5, 0.5}, 0.45}}, 6, 1),
                            {0.5, 0.5, -2}, {0.5, 0.5, 0.5});
@@ -77,7 +77,7 @@ TEST(Depth, of_a_solid_is_right_but_for_half_a_step) {
   EXPECT_GT(met, depth.size() / 2);
 }
 
-// Against short steps in double precision.
+// Compares with short steps in double precision.
 TEST(Depth, in_a_cloud_is_where_half_of_the_light_comes_from) {
   const Scene scene = seen(component(low_variation(5), 60, 0.9), {0.4, 0.5, -2}, {0.5, 0.5, 0.5});
   const PreparedScene prepared = prepare(scene, 0);

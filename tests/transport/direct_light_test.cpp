@@ -1,6 +1,6 @@
 /// \file
-/// Every kind of light as matter sees it, sampled and met by rays, against closed forms and
-/// quadrature; and its photons against that.
+/// Every kind of light as seen from the medium, sampled and hit by rays, against closed forms and
+/// quadrature; and its photons against the samples.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -28,7 +28,7 @@ Vec3f rounded(glm::dvec3 v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
 
-/// Small, coloured, with a black texel, a bright one, and a bright pole.
+/// A small coloured sky with a black texel, a bright one, and a bright pole.
 std::shared_ptr<const Image> small_sky() {
   std::vector<Vec3f> texels;
   for (int i = 0; i < 6 * 5; ++i) {
@@ -42,7 +42,7 @@ std::shared_ptr<const Image> small_sky() {
   return std::make_shared<const Image>(6, 5, std::move(texels));
 }
 
-/// Radiance of an image as its declaration says, in double precision.
+/// The radiance of an image by its definition, in double precision.
 glm::dvec3 radiance_of(const Image& image, glm::dvec3 direction, double rotation) {
   const double azimuth = std::atan2(direction.x, direction.z) - rotation * pi_ / 180;
   double u = 0.5 - azimuth / (2 * pi_);
@@ -60,8 +60,8 @@ glm::dvec3 radiance_of(const Image& image, glm::dvec3 direction, double rotation
          + t * ((1 - s) * texel(i, j + 1) + s * texel(i + 1, j + 1));
 }
 
-/// A light; the sphere that holds it, if it is anywhere; and what a point without matter receives,
-/// from all directions together [W/area].
+/// A light, its bounding sphere unless it is distant, and the irradiance from all directions that a
+/// point receives without a medium [W/area].
 struct Case {
   const char* name;
   scene::Light light;
@@ -123,7 +123,7 @@ struct Lit {
 
   explicit Lit(const std::vector<scene::Light>& all, bool periodic = false) {
     Scene scene;
-    scene.medium.box_min = {0.25, -1, 3};  // the lights are where the box's corner is the origin
+    scene.medium.box_min = {0.25, -1, 3};  // lights are relative to the box's corner
     scene.medium.box_max = scene.medium.box_min + glm::dvec3(1, 2, 0.5);
     scene.medium.majorant_resolution = {1, 1, 1};
     scene.medium.components = {component(scene::Solid{}, 1)};
@@ -167,8 +167,8 @@ Met meet(const DirectLights& lights, Vec3f from, Vec3f direction, float distance
   return met;
 }
 
-/// f(bin, direction, solid angle) over the cone of half angle `angle` [radian], in `bins` x `bins`
-/// parts of equal angles, each by 4n x n points: more towards the edge.
+/// Calls f(bin, direction, solid angle) over the cone of half angle `angle` [radian], in `bins` x
+/// `bins` parts of equal angles. Each part has 4n x n points, denser towards the edge.
 void over_cone(glm::dvec3 axis, double angle, int bins, int n,
                const std::function<void(int, glm::dvec3, double)>& f) {
   const glm::dvec3 side = glm::normalize(
@@ -186,7 +186,7 @@ void over_cone(glm::dvec3 axis, double angle, int bins, int n,
   }
 }
 
-/// The cone in which `p` sees a light, and a little more.
+/// A cone slightly larger than the one in which `p` sees a light.
 void cone_of(const Case& c, glm::dvec3 p, glm::dvec3& axis, double& angle) {
   axis = {0, 1, 0}, angle = pi_;
   if (c.radius >= 0) {
@@ -199,7 +199,7 @@ void cone_of(const Case& c, glm::dvec3 p, glm::dvec3& axis, double& angle) {
   }
 }
 
-/// Such a sky has no chance to be asked.
+/// Whether a light is a constant sky, which is never sampled.
 bool is_even(const scene::Light& light) {
   const auto* sky = std::get_if<scene::EnvironmentLight>(&light);
   return sky && !sky->image;
@@ -207,7 +207,7 @@ bool is_even(const scene::Light& light) {
 
 const glm::dvec3 places[] = {{0.8, 0.3, 0.4}, {0.1, 1.9, 0.05}};
 
-// ---- What is asked and what is met
+// ---- Samples and hits of lights
 
 TEST(DirectLights, draw_directions_with_the_density_that_rays_meet_them_with) {
   for (const Case& c : cases()) {
@@ -219,7 +219,7 @@ TEST(DirectLights, draw_directions_with_the_density_that_rays_meet_them_with) {
       double angle = 0;
       cone_of(c, p, axis, angle);
       constexpr int bins = 10, n = 32;
-      std::vector<double> expected(bins * bins, 1e-6);  // corners between the points
+      std::vector<double> expected(bins * bins, 1e-6);  // corners lie between the points
       double sum = 0;
       over_cone(axis, angle, bins, n, [&](int bin, glm::dvec3 direction, double solid_angle) {
         const Met met = meet(lit.lights, rounded(p), rounded(direction), largest_float);
@@ -234,7 +234,7 @@ TEST(DirectLights, draw_directions_with_the_density_that_rays_meet_them_with) {
       int dark = 0;
       for (int k = 0; k < samples; ++k) {
         const LightSample s = lit.sample(rounded(p), static_cast<std::uint64_t>(k));
-        if (s.pdf == 0) {  // of the dark side
+        if (s.pdf == 0) {  // on the dark side
           EXPECT_EQ(largest(s.irradiance), 0.0f);
           ++dark;
           continue;
@@ -277,7 +277,7 @@ TEST(DirectLights, that_were_drawn_are_met_where_they_were_drawn) {
       const bool distant = s.distance == largest_float;
       const Met met =
           meet(lit.lights, rounded(p), s.direction, distant ? largest_float : 1.001f * s.distance);
-      if (met.times == 0) {  // at its very edge
+      if (met.times == 0) {  // at the light's edge
         ++missed;
         continue;
       }
@@ -293,7 +293,7 @@ TEST(DirectLights, that_were_drawn_are_met_where_they_were_drawn) {
   }
 }
 
-/// What a point receives from all directions together, where nothing is in between.
+/// The irradiance of a point from all directions, without occlusion.
 glm::dvec3 received(const scene::Light& light, glm::dvec3 p) {
   using namespace scene;
   if (const auto* l = std::get_if<PointLight>(&light))
@@ -388,7 +388,7 @@ TEST(DirectLights, are_chosen_with_the_chance_that_their_density_has) {
   }
 }
 
-/// Where a ray is within a box, from `t0` to `t1`.
+/// The length of a ray within a box.
 double length_within(const Ray& ray, glm::dvec3 low, glm::dvec3 high) {
   double t0 = 0, t1 = 1e30;
   const glm::dvec3 o = exact(ray.origin), d = exact(ray.direction);
@@ -399,10 +399,10 @@ double length_within(const Ray& ray, glm::dvec3 low, glm::dvec3 high) {
   return std::max(t1 - t0, 0.0);
 }
 
-// ---- What photons bring
+// ---- Light of photons
 
-// Fluence of light that is not scattered: the lengths of the photons' ways in a cell, over its
-// volume, against what arrives at its points.
+// The fluence of unscattered light: the photons' path lengths in a cell, divided by its volume,
+// agree with the irradiance at its points.
 TEST(Photons, bring_to_every_cell_what_its_points_see_of_the_light) {
   constexpr int n = 3, photons = 60000, points = 4000;
   for (const Case& c : cases()) {
@@ -427,7 +427,7 @@ TEST(Photons, bring_to_every_cell_what_its_points_see_of_the_light) {
     std::vector<double> p;
     for (int i = 0; i < n * n * n; ++i) {
       const glm::dvec3 low = cell * glm::dvec3(i % n, i / n % n, i / n / n);
-      // Near a light what points see has no variance.
+      // Near a light the variance of the irradiance is infinite.
       const double away = glm::length(c.center - (low + 0.5 * cell)) - 0.5 * glm::length(cell);
       if (c.radius >= 0 && away < 0.1 + c.radius) continue;
       for (int k = 0; k < points; ++k) {
@@ -452,7 +452,7 @@ TEST(Photons, bring_to_every_cell_what_its_points_see_of_the_light) {
   }
 }
 
-// What is not shot would have passed by the medium.
+// The power that is not shot would miss the medium.
 TEST(Photons, have_all_the_power_of_a_light_that_was_not_left_out) {
   using namespace scene;
   for (const Case& c : cases()) {
@@ -555,7 +555,7 @@ TEST(Skies, lie_around_the_scene_as_declared) {
   const auto at = [&](int row, int column) -> Vec3f& {
     return texels[static_cast<std::size_t>(8 * row + column)];
   };
-  for (int i = 0; i < 8; ++i) at(0, i) = {5, 5, 5};       // above
+  for (int i = 0; i < 8; ++i) at(0, i) = {5, 5, 5};       // the top
   at(1, 3) = at(1, 4) = at(2, 3) = at(2, 4) = {1, 0, 0};  // the middle
   at(1, 1) = at(1, 2) = at(2, 1) = at(2, 2) = {0, 1, 0};  // a quarter to the left
   scene::EnvironmentLight light;
@@ -570,7 +570,7 @@ TEST(Skies, lie_around_the_scene_as_declared) {
   EXPECT_NEAR(seen({1, 0, 0}).y, 1, 1e-5);
   EXPECT_NEAR(glm::length(seen({-1, 0, 0})), 0, 1e-5);
   EXPECT_NEAR(glm::length(seen({0, 0, -1})), 0, 1e-5);
-  light.rotation = 90;  // +z goes to +x
+  light.rotation = 90;  // turns +z to +x
   EXPECT_NEAR(seen({1, 0, 0}).x, 1, 1e-5);
   EXPECT_NEAR(seen({0, 0, -1}).y, 1, 1e-5);
 }
@@ -601,7 +601,7 @@ TEST(Skies, of_one_texel_and_of_black_are_no_trouble) {
   EXPECT_TRUE(black.prepared.emitters.empty());
 }
 
-// The photons of a bright spot in the dark are neither lost nor moved by the table's integers.
+// The rounding of the table neither loses nor moves the photons of a bright texel in the dark.
 TEST(Skies, draw_a_single_bright_texel_of_many) {
   std::vector<Vec3f> texels(256 * 128, Vec3f{1e-3f, 1e-3f, 1e-3f});
   texels[40 * 256 + 100] = {5e4f, 4e4f, 3e4f};

@@ -1,5 +1,5 @@
 /// \file
-/// Cameras so far away that floats cannot say where: their pictures are those of near ones.
+/// Cameras too far away for float positions have the same images as near ones.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -19,7 +19,7 @@ glm::dvec3 to_dvec3(Vec3f v) { return {v.x, v.y, v.z}; }
 const std::vector<glm::dvec3> directions = {
     {0, 0, -1}, {0, 0.70710678, 0.70710678}, {1, 0, 0}, {0.48, -0.6, 0.64}, {-0.6, 0.64, 0.48}};
 
-/// Of a picture `across` wide at the middle of the unit box.
+/// A camera whose image is `across` wide at the centre of the unit box.
 scene::Camera distant(glm::dvec3 direction, double distance, double across = 1.4) {
   scene::Camera c;
   c.look_at = glm::dvec3(0.5);
@@ -42,7 +42,7 @@ struct Line {
   glm::dvec3 position, direction;
 };
 
-/// The ray of a sample in double, from the scene as it is written.
+/// The ray of a sample in double precision, computed from the scene's camera.
 Line exact(const scene::Camera& c, const Camera& drawn, const RandomStream& random) {
   const glm::dvec3 forward = glm::normalize(c.look_at - c.position);
   const glm::dvec3 right = glm::normalize(glm::cross(forward, c.up));
@@ -63,7 +63,7 @@ Line exact(const scene::Camera& c, const Camera& drawn, const RandomStream& rand
             std::sin(latitude) * (-std::cos(longitude) * forward - std::sin(longitude) * right)
                 + std::cos(latitude) * up};
   }
-  const double tangent = half_tangent(c);  // in its own rounding
+  const double tangent = half_tangent(c);  // rounded as in the camera
   const glm::dvec3 middle = forward + tangent * (x * right + y * up);
   if (c.aperture_radius == 0) return {c.position, glm::normalize(middle)};
   const RandomBlock aim = random.block(0, Purpose::aim);
@@ -75,8 +75,8 @@ Line exact(const scene::Camera& c, const Camera& drawn, const RandomStream& rand
   return {c.position + offset, glm::normalize(middle - offset / focus)};
 }
 
-/// \return the largest distance between the rays of samples and exact ones, where these pass the
-/// middle of the box [length]; of those that pass within `near` of it.
+/// \return the largest distance between the rays of samples and exact rays, where the latter pass
+/// the centre of the box [length]; over rays that pass within `near` of it.
 double largest_error(const scene::Camera& c, double near = 2) {
   const PreparedScene ready = prepared(c);
   double most = 0;
@@ -116,7 +116,7 @@ TEST(FarCamera, rays_are_exact_at_the_medium_whatever_the_distance) {
   }
 }
 
-// The medium in a corner of the picture, and in one pixel of it.
+// The medium lies in a corner of the image, and in one pixel of it.
 TEST(FarCamera, rays_are_exact_off_the_axis) {
   scene::Camera c = distant({0.48, -0.6, 0.64}, 5000);
   c.look_at += 2000.0 * glm::normalize(glm::cross(c.look_at - c.position, c.up));
@@ -148,7 +148,7 @@ TEST(FarCamera, spherical_ones_see_the_medium_in_its_pixel) {
       scene::Camera part = c;
       const FarView& far = whole.camera.far_view;
       part.crop = {far.column - 6, far.row - 6, far.column + 7, far.row + 7};
-      // The longitude is a float, its rounding moves the whole picture.
+      // The longitude is a float; its rounding moves the whole image.
       if (distance < 1e4) {
         EXPECT_LT(largest_error(part, 1), 4e-7 * distance);
       }
@@ -165,7 +165,7 @@ TEST(FarCamera, spherical_ones_see_the_medium_in_its_pixel) {
 
 // ---- Pictures
 
-/// Mean, and second moments of what is seen, in widths of the picture.
+/// Mean and second moments of alpha, in widths of the image.
 struct Disc {
   double alpha = 0, xx = 0, yy = 0, xy = 0;
 };
@@ -207,7 +207,7 @@ TEST(FarCamera, a_ball_is_a_round_disc_from_any_distance) {
         SCOPED_TRACE(testing::Message() << distance << " " << direction.x << " " << disc.alpha);
         const double expected = 3.14159265358979323846 * r * r;
         EXPECT_NEAR(disc.alpha, expected, 5 * std::sqrt(expected / whole));
-        // Their standard errors are below r^2 / 4 / sqrt(hits).
+        // The standard errors of the moments are below r^2 / 4 / sqrt(hits).
         const double error = 5 * 0.25 * r * r / std::sqrt(expected * whole);
         EXPECT_NEAR(disc.xx, 0.25 * r * r, has_lens ? 0.02 * r * r : error + 0.002 * r * r);
         EXPECT_NEAR(disc.xx, disc.yy, 2 * error);
@@ -217,7 +217,7 @@ TEST(FarCamera, a_ball_is_a_round_disc_from_any_distance) {
   }
 }
 
-// Those that cannot meet the medium are not gathered where nothing else shines.
+// Pixels that cannot hit the medium are not gathered if nothing else shines.
 TEST(FarCamera, pixels_that_are_left_out_meet_nothing) {
   Scene scene = furnace({component(scene::Solid{scene::Sphere{glm::dvec3(0.5), 0.5}}, 1000, 0.5)});
   scene.lights = {scene::PointLight{{2, 2, 2}, glm::dvec3(1)}};
@@ -240,7 +240,7 @@ TEST(FarCamera, pixels_that_are_left_out_meet_nothing) {
   }
 }
 
-// A layer without end: whichever of its periods one sees, and from within.
+// An infinite layer, seen at any of its periods and from within.
 TEST(FarCamera, a_layer_is_as_deep_from_any_distance) {
   Scene scene = furnace({component(scene::Solid{}, 1.5, 0)});
   scene.medium.sides = {scene::Side::periodic, scene::Side::open, scene::Side::periodic};
@@ -275,7 +275,7 @@ TEST(FarCamera, a_layer_is_as_deep_from_any_distance) {
   expect(1);
 }
 
-// Where the whole layer is seen, from its near edge to its far one, none of it is cut off.
+// If the whole layer is in view, from its near edge to its far one, none of it is cut off.
 TEST(FarCamera, the_near_part_of_a_layer_is_not_cut_off) {
   Scene scene = furnace({component(scene::Solid{}, 1000, 0)});
   scene.medium.sides = {scene::Side::periodic, scene::Side::open, scene::Side::periodic};
@@ -288,7 +288,7 @@ TEST(FarCamera, the_near_part_of_a_layer_is_not_cut_off) {
   EXPECT_EQ(mean_of_picture(render(scene, *make_cpu_backend()), 3), 1);
 }
 
-// ---- What is measured from the camera
+// ---- Distances from the camera
 
 TEST(FarCamera, depth_is_measured_from_the_camera) {
   Scene scene = furnace({component(scene::Solid{}, 200, 0.5)});
@@ -302,8 +302,8 @@ TEST(FarCamera, depth_is_measured_from_the_camera) {
   }
 }
 
-/// Radiance 1 of a light that the camera sees, as a fraction of the picture; no matter to speak of.
-/// The background keeps the film's range above 1 where the light is tiny.
+/// The fraction of the image covered by a light of radiance 1, with almost no medium. The
+/// background keeps the film's range above 1 even if the light is tiny.
 double seen(scene::Light light, const scene::Camera& camera) {
   Scene scene = furnace({component(scene::Solid{}, 1e-9, 0)});
   scene.lights = {std::move(light)};
@@ -326,13 +326,13 @@ TEST(FarCamera, lights_are_seen_wherever_they_are) {
     return scene::SphereLight{{0.5, 0.5, z}, radius, glm::dvec3(1)};
   };
   expect(ball(0.5, 0.2), one);   // in the medium
-  expect(ball(-3, 0.2), one);    // before it, close by
+  expect(ball(-3, 0.2), one);    // close in front of it
   expect(ball(10, 0.2), one);    // behind it
   expect(ball(-5e7, 0.1), one);  // half way
   expect(ball(-1.5e8, 0.2), 0);  // behind the camera
   const auto plate = [](double z, double edge) {
     return scene::RectangleLight{
-        {0.5, 0.5, z}, {0, edge, 0}, {edge, 0, 0}, glm::dvec3(1)};  // bright towards -z
+        {0.5, 0.5, z}, {0, edge, 0}, {edge, 0, 0}, glm::dvec3(1)};  // emits towards -z
   };
   const double plate_seen = 0.36 / (1.4 * 1.4);
   const double front = seen(plate(-3, 0.6), c), back = seen(plate(3, 0.6), c);

@@ -1,6 +1,6 @@
 /// \file
-/// Photons of placed lights of any size and at any distance: that they reach what can receive them,
-/// and bring there what its points see of the light.
+/// Photons of placed lights of any size, at any distance. They reach everything that can receive
+/// them, with the irradiance that points there see.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ constexpr double pi_ = 3.14159265358979323846;
 
 glm::dvec3 exact(Vec3f v) { return {v.x, v.y, v.z}; }
 
-/// Signed solid angle of a triangle [vanOosterom1983].
+/// The signed solid angle of a triangle [vanOosterom1983].
 double solid_angle(glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) {
   a = glm::normalize(a), b = glm::normalize(b), c = glm::normalize(c);
   return 2
@@ -30,7 +30,7 @@ double solid_angle(glm::dvec3 a, glm::dvec3 b, glm::dvec3 c) {
                       1 + glm::dot(a, b) + glm::dot(b, c) + glm::dot(c, a));
 }
 
-/// Fluence rate at `p`, which sees all of the light.
+/// The fluence rate at `p`, which sees the whole light.
 double fluence(const scene::Light& light, const glm::dvec3& p) {
   if (const auto* l = std::get_if<scene::PointLight>(&light))
     return l->power.x / (4 * pi_ * glm::dot(l->position - p, l->position - p));
@@ -53,7 +53,7 @@ double fluence(const scene::Light& light, const glm::dvec3& p) {
     };
     const glm::dvec3 a = corner(-0.5, -0.5), b = corner(0.5, -0.5), c = corner(0.5, 0.5),
                      d = corner(-0.5, 0.5);
-    // Seen from the side that it shines on, its corners go round the other way.
+    // From the lit side, the corners turn the other way.
     return l->radiance.x * std::max(-(solid_angle(a, b, c) + solid_angle(a, c, d)), 0.0);
   }
   const auto& l = std::get<scene::SphereLight>(light);
@@ -64,10 +64,10 @@ double fluence(const scene::Light& light, const glm::dvec3& p) {
 struct Case {
   std::string name;
   scene::Light light;
-  double least;  ///< part of the photons that must arrive
+  double least;  ///< fraction of the photons that must arrive
 };
 
-/// Lights about a medium one wide around the origin, above it.
+/// Lights around a medium of width 1 at the origin.
 std::vector<Case> cases() {
   using namespace scene;
   std::vector<Case> all;
@@ -105,7 +105,7 @@ struct Lit {
   Scene scene;
   PreparedScene prepared;
   Box box;
-  /// \param inside part of the box's width that matter fills, in its middle
+  /// \param inside fraction of the box's width that the medium fills, in the middle
   Lit(const scene::Light& light, double inside) {
     scene.medium.box_min = glm::dvec3(-0.5 / inside);
     scene.medium.box_max = glm::dvec3(0.5 / inside);
@@ -125,7 +125,7 @@ struct Lit {
   }
 };
 
-/// Where a ray is within a box, from `t0` to `t1`.
+/// The length of a ray within a box.
 double length_within(const Ray& ray, glm::dvec3 low, glm::dvec3 high) {
   double t0 = 0, t1 = 1e30;
   const glm::dvec3 o = exact(ray.origin), d = exact(ray.direction);
@@ -205,7 +205,7 @@ TEST(FarLights, account_for_all_power) {
   }
 }
 
-// Detectors count light that passes through the box without meeting matter.
+// Detectors count light that crosses the box without hitting the medium.
 TEST(FarLights, shine_at_the_whole_box_where_detectors_count_what_leaves_it) {
   const scene::Light light = scene::PointLight{{0, 50, 0}, glm::dvec3(1), ""};
   Scene scene = Lit(light, 0.125).scene;
@@ -222,7 +222,7 @@ TEST(FarLights, shine_at_grounds) {
   EXPECT_GT(prepare(scene, 1).shot_power, 20 * matter);
 }
 
-// ---- Lights that give nothing
+// ---- Lights without effect
 
 std::string warning_of(const scene::Light& light, bool has_ground = false) {
   Scene scene = Lit(scene::PointLight{{0, 2, 0}, glm::dvec3(1), ""}, 1).scene;

@@ -21,7 +21,7 @@ struct Pixels {
     film = {width, height, unit, tallies.data(), &clamped, groups.data(), 2};
   }
 
-  /// A sample of one piece of light.
+  /// Adds a sample with a single contribution.
   void add(std::uint64_t pixel, Vec3f radiance, bool hit = true, Part part = Part::multiple) {
     SampleSum sample;
     film.add(pixel, radiance, part, 1, sample);
@@ -46,8 +46,7 @@ TEST(Film, sums_radiance_in_units_of_2_to_the_minus_24_of_its_own) {
   }
 }
 
-// Each piece of light is rounded once, so that parts and groups add up to their sum exactly, cut or
-// not.
+// Each contribution is rounded once, so that parts and groups add up exactly, clamped or not.
 TEST(Film, parts_and_groups_add_up_bit_for_bit) {
   std::mt19937_64 engine(3);
   Pixels pixels(1, 1, 1);
@@ -80,7 +79,7 @@ TEST(Film, keeps_what_is_not_scattered_out_of_the_parts) {
   EXPECT_EQ(pixels.groups[5], 3 << 24);
 }
 
-// The most samples that a scene may ask for, all as bright as can be, must not overflow.
+// The largest number of samples, all at the largest radiance, must not overflow.
 TEST(Film, words_hold_a_million_samples_of_the_largest_radiance) {
   Pixels pixels(1, 1, 1);
   pixels.add(0, {Film::range, 1.9999999f, 4095.9998f});
@@ -108,7 +107,7 @@ TEST(Film, clamps_and_counts_what_is_beyond_its_range) {
   EXPECT_EQ(pixels.clamped, 3);
   EXPECT_GE(pixels.tallies[0].sum[0], 0);
   EXPECT_LE(pixels.tallies[0].sum[0], 3 * (static_cast<std::int64_t>(Film::range) << 24));
-  SampleSum two;  // the sum of a sample's light is what is cut
+  SampleSum two;  // clamping applies to the sum of a sample
   for (int i = 0; i < 2; ++i) pixels.film.add(0, {0.75f * most, 0, 0}, Part::single, 0, two);
   EXPECT_TRUE(two.cut);
   EXPECT_EQ(two.rgb[0], static_cast<std::int64_t>(Film::range) << 24);

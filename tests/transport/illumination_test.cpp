@@ -27,7 +27,8 @@ struct Node {
   double weight;  // [sr]
 };
 
-/// Exact for polynomials of degree 5 in each coordinate: Gauss-Legendre in z, 12 directions around.
+/// A quadrature that is exact for polynomials of degree 5 in each coordinate: Gauss-Legendre in z,
+/// with 12 directions around.
 std::vector<Node> sphere_quadrature() {
   const double z[] = {-std::sqrt(0.6), 0, std::sqrt(0.6)}, w[] = {5.0 / 9, 8.0 / 9, 5.0 / 9};
   std::vector<Node> nodes;
@@ -71,7 +72,7 @@ TEST(Harmonics, add_up_to_legendre_polynomials_order_by_order) {
   EXPECT_EQ(harmonics(2), 9);
 }
 
-// The moments of a phase function are the integrals of P_l: by the middle rule over the cosine.
+// The moments of a phase function are the integrals of P_l, here by the midpoint rule.
 TEST(Harmonics, moments_of_phase_functions_are_their_integrals) {
   for (const Phase phase :
        {Phase{Phase::Kind::isotropic, 0}, Phase{Phase::Kind::rayleigh, 0},
@@ -102,7 +103,7 @@ struct Light {
   }
   IlluminationField field() const { return {cells, numerator.data(), denominator.data()}; }
 
-  /// Matter `d` in a cell, in light of harmonics a_i times (1, 2, 3).
+  /// Sets a cell with denominator `d`, in light of harmonics a_i times (1, 2, 3).
   void set(std::size_t cell, float d, const std::vector<float>& a) {
     denominator[cell] = d;
     for (std::size_t i = 0; i < a.size(); ++i) {
@@ -112,7 +113,7 @@ struct Light {
   }
 };
 
-// Whatever the matter: what is constant outside is constant in the picture.
+// A constant light field is reproduced as constant, for any density.
 TEST(Illumination, a_constant_field_is_reproduced_whatever_the_matter) {
   Random random;
   Light light(5, 4, 3, 0, {1, 2, 0.5f});
@@ -163,7 +164,7 @@ TEST(Illumination, interpolates_across_periodic_sides_and_not_across_open_ones) 
                 1e-6);
 }
 
-// Radiance of second order in light all from the definition: the integral over the sphere.
+// For light up to second order, the radiance is by definition an integral over the sphere.
 TEST(Illumination, scatters_what_the_phase_function_takes_from_all_directions) {
   Random random;
   const auto nodes = sphere_quadrature();
@@ -188,7 +189,7 @@ TEST(Illumination, scatters_what_the_phase_function_takes_from_all_directions) {
   }
 }
 
-// Beams are wider than the expansion shows, and its dips belong to the mean that it keeps.
+// The expansion of a narrow beam has negative dips, but keeps the mean over all directions.
 TEST(Illumination, of_a_narrow_beam_is_right_in_the_mean_of_all_directions) {
   Light light(1, 1, 1, 2);
   std::vector<float> a;

@@ -38,7 +38,7 @@ struct Lit {
   }
 };
 
-/// The face of the box that a point lies on, and its place there in [0, 1]^2; -1 for none.
+/// The face of the box on which a point lies (-1: none), and its position there in [0, 1]^2.
 struct Place {
   Face face = -1;
   double u = 0, v = 0;
@@ -91,7 +91,7 @@ TEST(Lights, a_point_light_shines_evenly_into_a_cone_that_holds_the_box) {
   }
 }
 
-// As if all directions had been shot: what the cone leaves out would have missed the box.
+// The result is the same as for all directions: photons outside the cone would miss the box.
 TEST(Lights, the_cone_of_a_point_light_leaves_out_nothing_that_meets_the_box) {
   const glm::dvec3 position(2.5, 1.7, -1);
   const Lit lit({scene::PointLight{position, glm::dvec3(1)}});
@@ -191,7 +191,7 @@ TEST(Lights, are_chosen_in_proportion_to_their_power_and_give_their_colour) {
     lights.push_back(scene::PointLight{inside + glm::dvec3(0.01 * double(i), 0, 0),
                                        powers[i] * glm::dvec3(0.5, 1, 0.25)});
   }
-  lights.push_back(scene::PointLight{inside, glm::dvec3(0)});  // dark: no emitter
+  lights.push_back(scene::PointLight{inside, glm::dvec3(0)});  // a black light has no emitter
   const Lit lit(lights);
   ASSERT_EQ(lit.prepared.emitters.size(), powers.size());
   std::vector<std::int64_t> counts(powers.size(), 0);

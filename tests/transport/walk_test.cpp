@@ -36,7 +36,7 @@ std::vector<MajorantGrid> grids() {
 Triple extent(const MajorantGrid& g) { return triple(g.box.extent); }
 std::array<int, 3> resolution(const MajorantGrid& g) { return {g.nx, g.ny, g.nz}; }
 
-/// How far a position of the walk may be off its super-voxel: what prepare() widens it by.
+/// The largest error of a position relative to its super-voxel: prepare() enlarges it by this.
 double slack(const MajorantGrid& g, std::size_t axis) { return 8 * 0x1p-24 * extent(g)[axis]; }
 
 // ---- Rays, most of them degenerate
@@ -46,8 +46,8 @@ float nudged(float x, Random& random) {
   return way == 0 ? std::nextafter(x, -1e30f) : way == 1 ? std::nextafter(x, 1e30f) : x;
 }
 
-/// Starts in the box, on its faces and between cells, or an ulp beside; travels anywhere, along
-/// axes, within planes, through corners, nearly along planes.
+/// A ray that starts in the box, on its faces or between cells, or an ulp beside them. Its
+/// direction is arbitrary, along axes, within planes, through corners, or nearly along planes.
 Ray any_ray(const MajorantGrid& grid, Random& random) {
   const Triple e = extent(grid);
   const std::array<int, 3> n = resolution(grid);
@@ -76,10 +76,10 @@ Ray any_ray(const MajorantGrid& grid, Random& random) {
       case 1:  // along axes and diagonals of the box
         direction[a] = sign * static_cast<float>(random.below(2));
         break;
-      case 2:  // towards a corner of a cell: through it, and on
+      case 2:  // through a corner of a cell
         direction[a] = static_cast<float>(random.below(n[a] + 1)) * cell - origin[a];
         break;
-      default: {  // next to nothing along some axes
+      default: {  // tiny components along some axes
         const float tiny[] = {0.0f, -0.0f, 1e-42f, 1e-31f, 1e-30f, 1e-20f, 1e-8f, 1.0f};
         direction[a] = sign * tiny[random.below(8)];
       }
@@ -90,7 +90,8 @@ Ray any_ray(const MajorantGrid& grid, Random& random) {
   return {vec3(origin), normalize(d)};
 }
 
-/// The stretch of the ray within the cell, in double; `margin` slacks are added on every side.
+/// The length of the ray within the cell, in double; the cell grows by `margin` slacks on each
+/// side.
 double clipped(const MajorantGrid& grid, const Ray& ray, std::array<int, 3> cell, double margin) {
   const Triple e = extent(grid), o = triple(ray.origin), d = triple(ray.direction);
   const std::array<int, 3> n = resolution(grid);
@@ -108,7 +109,7 @@ double clipped(const MajorantGrid& grid, const Ray& ray, std::array<int, 3> cell
   return std::max(0.0, t1 - t0);
 }
 
-/// Where the ray leaves the box, `margin` slacks larger, along one axis.
+/// The distance at which the ray leaves the box along one axis. The box grows by `margin` slacks.
 double exit_along(const MajorantGrid& grid, const Ray& ray, std::size_t axis, double margin) {
   const double d = triple(ray.direction)[axis], o = triple(ray.origin)[axis];
   const double beyond = margin * slack(grid, axis);
@@ -131,7 +132,7 @@ bool within(const MajorantGrid& grid, std::size_t cell, Vec3f p) {
   return true;
 }
 
-// Each cell's stretch lies between those of the cell a little smaller and a little larger, so that
+// The length in each cell lies between those of a slightly smaller and a slightly larger cell, so
 // rays within faces and through corners need no exception.
 TEST(SuperVoxelWalk, stretches_are_those_of_clipping_every_cell) {
   Random random(1);
@@ -172,7 +173,7 @@ TEST(SuperVoxelWalk, stretches_are_those_of_clipping_every_cell) {
       ASSERT_LE(exit_along(grid, ray, axis, -1), exit_of(grid, ray, 1) + rounding)
           << "another face";
 
-      // Every cell of small grids; of the others, those visited: they are the whole way already.
+      // Checks all cells of small grids. For the others, the visited cells cover the whole ray.
       const auto check = [&](int i, int j, int k) {
         const double s = stretch[grid.index(i, j, k)];
         return s <= clipped(grid, ray, {i, j, k}, 1) + rounding
@@ -246,7 +247,7 @@ TEST(SuperVoxelWalk, stays_in_a_periodic_box_and_on_its_line) {
         ASSERT_TRUE(within(grid, walk.cell(), walk.position())) << crossing;
         for (std::size_t a = 0; a < 3; ++a) {
           const double x = triple(ray.origin)[a] + way * triple(ray.direction)[a];
-          const double off = std::remainder(x - p[a], e[a]);  // whole periods do not count
+          const double off = std::remainder(x - p[a], e[a]);  // modulo the period
           ASSERT_LE(std::abs(off), (crossing + 2) * slack(grid, a) + 1e-6 * std::abs(x))
               << crossing;
         }
@@ -269,7 +270,7 @@ TEST(SuperVoxelWalk, leaves_through_open_sides_and_passes_periodic_ones) {
   }
 }
 
-// ---- Flights, through a medium that writes down what it is asked
+// ---- Flights through a medium that records its calls
 
 struct Question {
   std::size_t cell;
@@ -279,7 +280,7 @@ struct Question {
 
 struct Witness {
   mutable std::vector<Question> asked;
-  std::size_t real = ~std::size_t{0};  ///< the first question answered with a component
+  std::size_t real = ~std::size_t{0};  ///< the first call that returns a component
 
   int collide(const MajorantGrid&, std::size_t cell, float v, Vec3f p, Lookups&,
               Decision = Decision::audited) const {
@@ -307,7 +308,7 @@ double distance(Vec3f a, Vec3f b) {
   return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]);
 }
 
-/// Optical depth of the majorants from `a` to `b`.
+/// The optical depth of the majorants from `a` to `b`.
 double depth_between(const Majorants& m, const Ray& ray, Vec3f a, Vec3f b) {
   const double begin = distance(ray.origin, a), end = distance(ray.origin, b);
   double sum = 0, at = 0;
@@ -354,7 +355,7 @@ TEST(Track, draws_one_block_for_each_tentative_collision_and_none_for_crossings)
   }
 }
 
-// What was drawn is what lies between one tentative collision and the next, whatever was crossed.
+// The optical depth between tentative collisions is the sampled one, across any number of cells.
 TEST(Track, carries_the_optical_depth_across_cells_and_past_virtual_particles) {
   Random random(6);
   const MajorantGrid shape = grid_of(7, 5, 9, {1, 2, 3});
@@ -365,7 +366,7 @@ TEST(Track, carries_the_optical_depth_across_cells_and_past_virtual_particles) {
     const Ray ray = any_ray(shape, random);
     const float first = exponential(stream.block(0, Purpose::emission).d);
     Path path{ray, first, 0, {}};
-    Witness medium;  // all virtual: the flight ends at the box
+    Witness medium;  // all collisions are null: the flight ends at the box
     Audit audit;
     const Flight flight = track(medium, m.grid, path, stream, audit);
     ASSERT_EQ(flight.end, Flight::End::escaped);
@@ -416,7 +417,7 @@ TEST(Track, gives_up_in_an_empty_periodic_box) {
   EXPECT_TRUE(medium.asked.empty());
 }
 
-/// Nothing but virtual particles.
+/// A medium with only null collisions.
 struct Void {
   int collide(const MajorantGrid&, std::size_t, float, Vec3f, Lookups&,
               Decision = Decision::audited) const {
@@ -424,7 +425,7 @@ struct Void {
   }
 };
 
-// Steps of 1e-9 are lost in the rounding of a distance of 0.5: the walk stands still.
+// Steps of 1e-9 vanish in the rounding of a distance of 0.5, so the walk does not advance.
 TEST(Track, gives_up_among_virtual_particles_too_dense_to_pass) {
   const Majorants m(grid_of(1, 2, 1, {1, 1, 1}), {1e9f, 1e9f});
   const RandomStream stream{1, 1, Domain::photon};
@@ -434,7 +435,7 @@ TEST(Track, gives_up_among_virtual_particles_too_dense_to_pass) {
   EXPECT_EQ(audit.tentative, most_virtual);
 }
 
-// ---- Into the box
+// ---- Entering the box
 
 TEST(Enter, moves_a_ray_onto_an_open_box_or_says_that_it_misses) {
   Random random(7);
@@ -450,7 +451,7 @@ TEST(Enter, moves_a_ray_onto_an_open_box_or_says_that_it_misses) {
     const Ray before{vec3(o), normalize(vec3(d))};
     Ray ray = before;
     const bool meets = enter(box, ray);
-    // The same in double, with the stretch within the box.
+    // The entry and the exit in double precision.
     double t0 = 0, t1 = 1e300;
     for (std::size_t a = 0; a < 3; ++a) {
       const double p = triple(before.origin)[a], v = triple(before.direction)[a];
@@ -534,7 +535,7 @@ TEST(Enter, finds_the_place_within_the_first_period) {
     ASSERT_TRUE(ray.origin.x >= 0 && ray.origin.x <= 1);
     ASSERT_TRUE(ray.origin.y >= 0 && ray.origin.y <= box.extent.y);
   }
-  box.periodic_z = true;  // endless: every ray is inside
+  box.periodic_z = true;  // infinite: every ray is inside
   Ray ray{{-7.25f, 3.6f, 9.5f}, {0, 0, 1}};
   ASSERT_TRUE(enter(box, ray));
   EXPECT_NEAR(ray.origin.x, 0.75f, 1e-5);
