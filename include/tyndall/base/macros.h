@@ -1,5 +1,5 @@
 /// \file
-/// One text for host and device.
+/// One code for host and device.
 #pragma once
 
 #if defined(__CUDACC__)
@@ -13,10 +13,10 @@
 #define TYN_HD_APART [[gnu::noinline]] inline  // a loop whose state GCC spills within its caller
 #endif
 
-/// Of a lambda, as TYN_HD_INLINED.
+/// TYN_HD_INLINED for a lambda.
 #define TYN_ALWAYS_INLINED __attribute__((always_inline))
 
-/// Before a loop of lanes, which wait for instructions, too: its text once, not several times.
+/// Keeps a loop of lanes rolled: lanes also wait for instructions, so its code exists only once.
 #if defined(__CUDA_ARCH__)
 #define TYN_ROLLED _Pragma("unroll 1")
 #else

@@ -1,5 +1,5 @@
 /// \file
-/// Lanes that run in lockstep, such as the 32 of a warp. A loop over flights would wait for the
+/// Lanes that run in lockstep, like the 32 of a warp. A loop over flights would wait for the
 /// longest flight, and a loop over octaves for the hardest decision. So each lane is a state
 /// machine with small pieces of work, and takes a new path when its path has ended. The pieces are
 /// those of the plain loops, follow() and track(), in the same order for each path, so the results
