@@ -1,5 +1,5 @@
 /// \file
-/// One code for host and device.
+/// Macros with which host and device compile the same code.
 #pragma once
 
 #if defined(__CUDACC__)
@@ -10,7 +10,7 @@
 #else
 #define TYN_HD inline
 #define TYN_HD_INLINED inline
-#define TYN_HD_APART [[gnu::noinline]] inline  // a loop whose state GCC spills within its caller
+#define TYN_HD_APART [[gnu::noinline]] inline  // for loops that GCC spills if inlined
 #endif
 
 /// TYN_HD_INLINED for a lambda.

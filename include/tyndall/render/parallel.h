@@ -1,4 +1,5 @@
 /// \file
+/// Parallel loops, requests to stop, and the floating-point environment of threads.
 #pragma once
 
 #include <cfenv>

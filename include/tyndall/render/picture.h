@@ -1,4 +1,5 @@
 /// \file
+/// The rendered picture.
 #pragma once
 
 #include <string>

@@ -88,9 +88,9 @@ struct Lights {
     return emitters[sampled];
   }
 
-  /// Places a photon that was aimed at clump `own` alone. A line that hits several clumps is aimed
-  /// at once for each of them: the photon's power is divided by their number, and it starts where
-  /// it enters the first.
+  /// Places a photon that was aimed at clump `own` alone. The same line may be aimed at each clump
+  /// that it hits, so the photon's power is divided by their number. The photon starts where the
+  /// line enters the first.
   TYN_HD void place_among_clumps(int own, Photon& photon) const {
     const Vec3f from = photon.ray.origin + clumps[own].low;
     float start = 0.0f;

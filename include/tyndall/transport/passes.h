@@ -358,10 +358,10 @@ struct Sight {
 /// After `bounces` scatterings it reads light that was scattered before from the illumination grid.
 /// Where the grid's harmonics lack light that the phase function P needs, the path continues: it
 /// adds the light from a direction sampled from P, less the grid's own radiance from there
-/// (take_back), times (P - S) / P of either sign, where S is Phase::smooth: see split_phase().
-/// Without a grid it is a path tracer. For such a P, some directions are sampled about the
-/// direction to a light (turn_to_light). Lights that rays can hit are sampled both by next-event
-/// estimation and by the phase function, with MIS by the balance heuristic [Veach1997].
+/// (take_back), times (P - S) / P of either sign, where S is Phase::smooth: see split_phase(). For
+/// such a P, some directions are sampled about the direction to a light (turn_to_light). Lights
+/// that rays can hit are sampled both by next-event estimation and by the phase function, with MIS
+/// by the balance heuristic [Veach1997]. Without a grid this is a path tracer.
 template <class Medium, class Sampler>
 struct GatherPass {
   Medium medium;

@@ -18,10 +18,10 @@ struct Ray {
 };
 
 /// The most super-voxels that one flight crosses. With periodic sides and little extinction it
-/// would never end.
+/// might never end otherwise.
 inline constexpr int most_crossings = 1 << 20;
 /// The most null collisions of one flight. Where the majorant is far above the extinction, and
-/// tau / sigma_maj is below the rounding of the distance, the flight would stand still.
+/// tau / sigma_maj is below the rounding of the distance, the flight would make no progress.
 inline constexpr int most_virtual = 1 << 22;
 
 /// \return the distance along a ray to the plane `axis = plane`; largest_float for rays parallel to

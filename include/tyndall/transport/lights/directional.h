@@ -25,7 +25,7 @@ struct Parallel {
   }
 };
 
-/// Constant radiance from a cone of directions.
+/// A sun: constant radiance from a cone of directions.
 struct Sun {
   static constexpr bool is_delta = false, is_distant = true;
 
