@@ -1,5 +1,5 @@
 /// \file
-/// The CUDA backend: one device, its copies of what the passes read, and their tallies there.
+/// The CUDA backend: one device, with copies of the data of the passes, and their tallies.
 #include <memory>
 #include <string>
 #include <utility>
@@ -19,7 +19,7 @@
 namespace tyndall {
 namespace {
 
-/// The light of the sums, without a way through the host.
+/// Converts the sums to light on the device, without a copy through the host.
 __global__ void read_out(const std::int64_t* sums, std::size_t count, double photon_power,
                          float* light) {
   const std::size_t step = std::size_t{gridDim.x} * blockDim.x;
@@ -53,7 +53,7 @@ class CudaBackend final : public Backend {
   std::string name() const override { return name_; }
   int threads() const override { return thread_count(0); }
   double table_points() const override { return NoiseTable::device_points; }
-  // A run ends with its longest path, alone, which may take 50 ms: the fewer runs, the better.
+  // A run ends with its longest path, alone, for up to 50 ms. Few long runs are best.
   std::uint64_t first_batch() const override { return Schedule::most_waiting; }
   double batch_seconds() const override { return 1.0; }
 
@@ -85,7 +85,7 @@ class CudaBackend final : public Backend {
     const std::size_t words = scene.cells.count() * static_cast<std::size_t>(scene.cells.moments());
     illumination_.renew(words);
     is_taken_ = false;
-    // Now, not once the photons are shot: too little memory is found out before.
+    // Allocated now, not after the photons, so that a lack of memory is found before the work.
     numerator_.renew(scene.has_grid ? words : 0);
     denominator_.renew(scene.has_grid ? scene.cells.count() : 0);
     for (const measurement::Id id : measurement::ids)
@@ -96,7 +96,7 @@ class CudaBackend final : public Backend {
     groups_.renew(scene.pixels() * scene.groups.size() * 3);
     clamped_.renew(1);
     visit([&]<class Medium, class Sampler>(const Medium&, const Sampler&) -> std::uint64_t {
-      using Pass = GatherPass<Medium, Sampler>;  // those of photons are smaller
+      using Pass = GatherPass<Medium, Sampler>;  // larger than those of photons
       scratch_.paths.room<Begun<Pass>>(Schedule::most_waiting);
       scratch_.lanes.room<typename Lane<Pass>::Saved>(most_lanes_);
       return 0;
@@ -133,7 +133,7 @@ class CudaBackend final : public Backend {
         medium_);
   }
 
-  /// Leaves the sums where they are, for illuminate_with_taken().
+  /// Keeps the sums on the device for illuminate_with_taken().
   std::vector<std::int64_t> take_illumination() override {
     select();
     forget_taken();
@@ -195,7 +195,7 @@ class CudaBackend final : public Backend {
   FilmTallies take_film() override { return {take(pixels_), take(groups_), take(clamped_)[0]}; }
 
  private:
-  /// Every thread of the host has a device of its own, which is another one at first.
+  /// The current device is per host thread. A new thread has the default device.
   void select() const {
     require(cudaSetDevice(device_), "selecting device " + std::to_string(device_));
   }
@@ -221,7 +221,7 @@ class CudaBackend final : public Backend {
 
   const int device_;
   std::string name_;
-  std::size_t most_lanes_ = 0;  // that it runs at the same time
+  std::size_t most_lanes_ = 0;  // resident at the same time
   const PreparedScene* scene_ = nullptr;
   Interrupts interrupts_;
   AnyMedium medium_;  // its arrays on the device
@@ -238,7 +238,7 @@ class CudaBackend final : public Backend {
   Buffer<Account> accounts_;
   Buffer<PixelTally> pixels_;
   Scratch scratch_;
-  bool is_taken_ = false;  // the light: what is shot next begins with none
+  bool is_taken_ = false;  // illumination_ was taken, and must be cleared before the next photons
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 /// \file
-/// Memory of a CUDA device, and what to do where a call fails.
+/// Memory of a CUDA device, and the handling of failed calls.
 #pragma once
 
 #include <cuda_runtime.h>
@@ -16,30 +16,30 @@
 
 namespace tyndall {
 
-/// Why there is no device. Without any driver the runtime complains about the driver's version.
+/// The reason for a missing device. Without a driver the runtime would report a wrong version.
 std::string problem(cudaError_t status);
 
-/// \throws Error(device) where `status` is none of success; `what` was tried
+/// \param what the attempted action \throws Error(device) if `status` is an error
 inline void require(cudaError_t status, const std::string& what) {
   if (status == cudaSuccess) return;
-  static_cast<void>(cudaGetLastError());  // which would be reported again by whoever asks next
+  static_cast<void>(cudaGetLastError());  // the next check would report it again
   throw Error(ExitCode::device,
               "CUDA: " + what + " failed (" + cudaGetErrorString(status) + "); try --device cpu");
 }
 
-/// Memory of the current device that holds a number of values.
+/// An array of values in the memory of the current device.
 template <class T>
 class Buffer {
  public:
   static_assert(std::is_trivially_copyable_v<T>);
 
   Buffer() = default;
-  /// A copy of what the host has.
+  /// Copies values from the host.
   Buffer(const T* host, std::size_t count) : count_(count) {
     allocate();
     write(host);
   }
-  /// All bytes 0.
+  /// Sets all bytes to 0.
   explicit Buffer(std::size_t count) : count_(count) {
     allocate();
     clear();
@@ -47,7 +47,7 @@ class Buffer {
 
   T* data() const { return static_cast<T*>(data_.get()); }
   std::size_t size() const { return count_; }
-  /// Of `count` values, all bytes 0. Never has the memory of both at the same time.
+  /// Resizes to `count` values and sets all bytes to 0. The old memory is freed first.
   void renew(std::size_t count) {
     if (data_ && count == count_) return clear();
     *this = {};
@@ -64,7 +64,7 @@ class Buffer {
     require(cudaMemcpy(data_.get(), host, bytes(), cudaMemcpyHostToDevice),
             "copying to the device");
   }
-  /// Waits for the kernels before it.
+  /// Copies to the host. Waits for earlier kernels.
   std::vector<T> read() const {
     std::vector<T> host;
     if (count_ == 0) return host;
@@ -90,10 +90,10 @@ class Buffer {
   std::unique_ptr<void, Free> data_;
 };
 
-/// Device memory for values of any kind, which grows where it must.
+/// Device memory for values of any type. It grows on demand.
 class Room {
  public:
-  /// \return for `count` values, until the next call; of any content.
+  /// \return memory for `count` values, valid until the next call; the content is undefined.
   template <class T>
   T* room(std::size_t count) {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -109,7 +109,7 @@ class Room {
   Buffer<std::byte> bytes_;
 };
 
-/// Copies of the host's arrays on the current device, which live as long as this.
+/// Copies of the host's arrays on the current device. They live as long as this object.
 class DeviceArrays {
  public:
   template <class T>

@@ -1,5 +1,5 @@
 /// \file
-/// Which CUDA devices there are.
+/// The list of CUDA devices.
 #include <string>
 
 #include "device.h"

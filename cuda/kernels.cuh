@@ -1,6 +1,6 @@
 /// \file
-/// The kernels, and how they are launched. The physics is the text of tyndall/transport, which the
-/// host compiles too; here is only which lane does what when.
+/// The kernels, and their launches. The physics is the code of tyndall/transport, which the host
+/// compiles too. This file only schedules the work of the lanes.
 #pragma once
 
 #include <cuda_runtime.h>
@@ -20,15 +20,15 @@ namespace tyndall {
 inline constexpr int block_size = 128;
 inline constexpr unsigned whole_warp = 0xffffffffu;
 
-/// One lane of a warp, for take_turn(): the others do the same at the same time.
+/// One lane of a warp, for take_turn(), which all lanes call in lockstep.
 template <class Pass>
 class WarpLane {
  public:
   __device__ WarpLane(Lane<Pass>& lane, const Begun<Pass>* begun, Queue& queue)
       : lane_(lane), begun_(begun), queue_(queue) {}
 
-  /// \param more whether more paths will begin once these are taken. \return whether the lanes
-  /// have nothing to do, or too little.
+  /// \param more whether more paths will begin once these are taken \return whether the lanes have
+  /// no work, or too little.
   __device__ bool is_done(bool more) const {
     return is_empty_ && (more || __all_sync(whole_warp, lane_.stage() == Stage::idle));
   }
@@ -82,12 +82,12 @@ template <class Medium>
 inline constexpr bool is_plain =
     !std::is_same_v<Medium, MixedMedium> && !std::is_same_v<Medium, SingleMedium<SparseGrid>>;
 
-/// Whether lanes carry much from turn to turn: samples of the picture do.
+/// Whether lanes keep a large state from turn to turn, as pixel samples do.
 template <class Pass>
 inline constexpr bool is_large = sizeof(typename Pass::State) > 64;
 
-/// Blocks of a multiprocessor at the same time: as many as leave lanes the registers that they ask
-/// for, so that none has a stack (tests/guards/cuda.sh).
+/// Resident blocks per multiprocessor: as many as leave lanes the registers that they need, so that
+/// none has a stack (tests/guards/cuda.sh).
 template <class Pass>
 inline constexpr int blocks_at_once =
     is_large<Pass> && !has_majorants<Pass> && std::is_same_v<decltype(Pass::medium), MixedMedium>
@@ -96,7 +96,8 @@ inline constexpr int blocks_at_once =
     : is_plain<decltype(Pass::medium)>       ? 5
                                              : 4;
 
-/// Paths begin, in any order: those of indices [begin, end) that have a flight.
+/// Begins the paths of indices [begin, end), and appends those with a flight to the list, in any
+/// order.
 template <class Pass>
 __global__ void __launch_bounds__(block_size, 3)
     begin_paths(const __grid_constant__ Pass pass, std::uint64_t begin, std::uint64_t end,
@@ -106,8 +107,8 @@ __global__ void __launch_bounds__(block_size, 3)
   if (index < end && tyndall::begin(pass, index, path)) begun[atomicAdd(&queue->begun, 1u)] = path;
 }
 
-/// Lanes that take a new path when theirs ends, for a number of turns, or until there are none
-/// left and `more` will begin; `kept` is what they are in the midst of.
+/// Runs lanes, which take a new path when theirs ends, for a number of turns, or until they are
+/// done (see WarpLane::is_done()). \param kept state of the lanes between launches
 template <class Pass>
 __global__ void __launch_bounds__(block_size, blocks_at_once<Pass>)
     run_lanes(const __grid_constant__ Pass pass, typename Lane<Pass>::Saved* kept,
@@ -121,7 +122,7 @@ __global__ void __launch_bounds__(block_size, blocks_at_once<Pass>)
   if (lane.stage() != Stage::idle) atomicAdd(&queue->busy, 1u);
 }
 
-/// One index a lane.
+/// Runs a pass with one index per lane.
 template <class Pass>
 __global__ void __launch_bounds__(block_size, 3)
     run_indices(const __grid_constant__ Pass pass, std::uint64_t begin, std::uint64_t end) {
@@ -129,14 +130,14 @@ __global__ void __launch_bounds__(block_size, 3)
   if (index < end) pass(index);
 }
 
-/// Makes work of unknown length into launches of a few hundredths of a second. `most` is what
-/// takes about that long where it is lightest: launches may also end early for want of paths.
+/// Splits work of unknown length into launches of a few hundredths of a second. `most` is the
+/// amount of the lightest work for about that time: launches may also end early for lack of paths.
 class Pace {
  public:
   Pace(std::uint64_t first, std::uint64_t most) : amount_(first), most_(most) {}
   std::uint64_t amount() const { return amount_; }
 
-  /// Waits for what launch(amount) has begun.
+  /// Calls launch(), and waits for its kernels.
   template <class Launch>
   void run(const Launch& launch) {
     const auto start = std::chrono::steady_clock::now();
@@ -145,7 +146,7 @@ class Pace {
     require(cudaDeviceSynchronize(), "running a kernel");
     const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
     if (took.count() < 0.02) amount_ = std::min(2 * amount_, most_);
-    // A launch's first turn may do no more than to find no paths.
+    // The first turn of a launch may only find that there are no paths.
     if (took.count() > 0.1) amount_ = std::max<std::uint64_t>(amount_ / 2, 2);
   }
 
@@ -157,7 +158,7 @@ inline std::uint64_t blocks_of(std::uint64_t indices) {
   return (indices + block_size - 1) / block_size;
 }
 
-/// \return blocks that the device runs at the same time, or fewer where `indices` need no more.
+/// \return the number of resident blocks of the device, or fewer if `indices` need no more.
 template <class Kernel>
 unsigned resident_blocks(Kernel kernel, std::uint64_t indices) {
   int device = 0, processors = 0, blocks = 0;
@@ -170,7 +171,7 @@ unsigned resident_blocks(Kernel kernel, std::uint64_t indices) {
   return static_cast<unsigned>(std::clamp<std::uint64_t>(blocks_of(indices), 1, most));
 }
 
-/// Paths by lanes that are kept busy.
+/// Runs paths by lanes that are kept busy.
 template <class Pass>
 std::uint64_t run_by_lanes(const Pass& pass, IndexRange range, const Interrupts& interrupts,
                            Scratch& scratch, std::uint64_t together) {
@@ -184,7 +185,7 @@ std::uint64_t run_by_lanes(const Pass& pass, IndexRange range, const Interrupts&
   auto* const begun = scratch.paths.room<Begun<Pass>>(std::min(size, Schedule::most_waiting));
   Queue state{};
   Buffer<Queue> queue(&state, 1);
-  // A turn of fixed steps is 48 look-ups of all components, some tenths of a millisecond.
+  // A turn of ray marching is 48 look-ups of all components, some tenths of a millisecond.
   Pace turns = has_majorants<Pass> ? Pace(256, 1 << 16) : Pace(32, 1 << 10);
   while (true) {
     stop_if(interrupts.stop);
@@ -205,7 +206,7 @@ std::uint64_t run_by_lanes(const Pass& pass, IndexRange range, const Interrupts&
   }
 }
 
-/// Everything else: index by index.
+/// Runs other passes, index by index.
 template <class Pass>
 std::uint64_t run_by_indices(const Pass& pass, IndexRange range, const Interrupts& interrupts,
                              std::uint64_t together, Pace& indices) {
@@ -229,7 +230,7 @@ std::uint64_t run_pass(const Pass& pass, IndexRange range, const Interrupts& int
   if constexpr (has_lanes<Pass>)
     return run_by_lanes(pass, range, interrupts, scratch, together);
   else {
-    Pace indices(1 << 14, 1 << 20);  // a cell takes microseconds where it is full
+    Pace indices(1 << 14, 1 << 20);  // a full cell takes microseconds
     return run_by_indices(pass, range, interrupts, together, indices);
   }
 }

@@ -1,3 +1,5 @@
+/// \file
+/// Instances of the measurement passes.
 #include "kernels.cuh"
 #include "tyndall/transport/depth.h"
 

@@ -1,6 +1,6 @@
 /// \file
-/// Passes on the current device. The launches of a long run are short enough for the watchdog of a
-/// device that drives a display, and between them it may be interrupted.
+/// Runs passes on the current device. The launches of a long run are short enough for the watchdog
+/// of a device that drives a display. The run may be interrupted between them.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace tyndall {
 
-/// Among how many accounts the workers of a device are spread.
+/// The number of accounts that the workers of a device share.
 inline constexpr unsigned account_count = 64;
 
 /// See Backend::load().
@@ -18,20 +18,20 @@ struct Interrupts {
   Stop stop, pause;
 };
 
-/// Memory that serves one run after the other.
+/// Memory that runs reuse.
 struct Scratch {
-  Room lanes;  ///< what they are in the midst of, between launches
-  Room paths;  ///< those that wait for a lane
+  Room lanes;  ///< state of the lanes between launches
+  Room paths;  ///< paths that wait for a lane
 };
 
-/// Calls `pass` for the indices of `range`, one path or cell a lane; `together` of them are done or
-/// not done. Instantiated for the passes of all media and samplers. \return the end of those that
-/// are done. \throws Error(device), Stopped
+/// Calls `pass` for the indices of `range`, with one path or cell per lane. Groups of `together`
+/// indices are done completely or not at all. Instantiated for the passes of all media and
+/// samplers. \return the end of the completed indices. \throws Error(device), Stopped
 template <class Pass>
 std::uint64_t run_pass(const Pass& pass, IndexRange range, const Interrupts& interrupts,
                        Scratch& scratch, std::uint64_t together = 1);
 
-/// \throws Error(device) where this build has no code for the current device
+/// \throws Error(device) if this build has no code for the current device
 void require_kernels();
 
 }  // namespace tyndall

@@ -1,5 +1,5 @@
 /// \file
-/// The cells of a box, or the voxels of a grid: where each is, and in which order they are stored.
+/// The cells of a box, or the voxels of a grid: their positions, and their order in memory.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ struct Cells {
   TYN_HD std::size_t index(int i, int j, int k) const {
     return (static_cast<std::size_t>(k) * ny + j) * nx + i;
   }
-  /// index() of fewer than 2^31 cells: lanes multiply many numbers of 32 bits at once.
+  /// index() of fewer than 2^31 cells: lanes multiply many 32-bit numbers at once.
   TYN_HD int short_index(int i, int j, int k) const { return (k * ny + j) * nx + i; }
 
   /// Inverts index(), in the arithmetic of Index.
@@ -32,7 +32,7 @@ struct Cells {
             static_cast<int>(row / height)};
   }
 
-  /// The cell of a position; positions outside the box belong to the nearest cells.
+  /// The cell of a position. Positions outside the box belong to the nearest cells.
   TYN_HD Place place_of(Vec3f p, Vec3f inverse_cell_size) const {
     return {coordinate(p.x, inverse_cell_size.x, nx), coordinate(p.y, inverse_cell_size.y, ny),
             coordinate(p.z, inverse_cell_size.z, nz)};

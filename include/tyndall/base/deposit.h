@@ -1,6 +1,6 @@
 /// \file
-/// Tallies are 64-bit integers: sums that do not depend on the order of their parts, so that any
-/// number of threads, ranks and devices gives the same one.
+/// Tallies are 64-bit integers: their sums do not depend on the order of addition, so any number of
+/// threads, ranks and devices gives the same result.
 #pragma once
 
 #include <cstdint>
@@ -9,13 +9,13 @@
 
 namespace tyndall {
 
-/// Value of the last place of every tally of weights: a constant of the arithmetic version.
+/// Units per weight 1 in every tally of weights: a constant of the arithmetic version.
 inline constexpr float weight_units = 16777216.0f;  // 2^24
 
 /// \return `weight` in units of 2^-24, rounded to nearest, ties to even.
 TYN_HD std::int64_t to_units(float weight) { return round_to_integer(weight * weight_units); }
 
-/// The same of a photon's, which is 1 at most, or of that times a harmonic.
+/// to_units() for a photon's weight, which is at most 1, or for that times a harmonic.
 TYN_HD int photon_units(float weight) { return round_to_int(weight * weight_units); }
 
 /// Adds atomically.
@@ -27,8 +27,8 @@ TYN_HD void deposit(std::int64_t& tally, std::int64_t amount) {
 #endif
 }
 
-/// \return a number that tells apart those who work side by side on a device; 0 on the host, whose
-/// threads have tallies of their own.
+/// \return the number of the thread block on a device; 0 on the host, where each thread has its own
+/// tallies.
 TYN_HD unsigned worker() {
 #if defined(__CUDA_ARCH__)
   return blockIdx.x;

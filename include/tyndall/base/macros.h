@@ -1,5 +1,5 @@
 /// \file
-/// One text for host and device.
+/// Macros with which host and device compile the same code.
 #pragma once
 
 #if defined(__CUDACC__)
@@ -10,13 +10,13 @@
 #else
 #define TYN_HD inline
 #define TYN_HD_INLINED inline
-#define TYN_HD_APART [[gnu::noinline]] inline  // a loop whose state GCC spills within its caller
+#define TYN_HD_APART [[gnu::noinline]] inline  // for loops that GCC spills if inlined
 #endif
 
-/// Of a lambda, as TYN_HD_INLINED.
+/// TYN_HD_INLINED for a lambda.
 #define TYN_ALWAYS_INLINED __attribute__((always_inline))
 
-/// Before a loop of lanes, which wait for instructions, too: its text once, not several times.
+/// Keeps a loop of lanes rolled: lanes also wait for instructions, so its code exists only once.
 #if defined(__CUDA_ARCH__)
 #define TYN_ROLLED _Pragma("unroll 1")
 #else

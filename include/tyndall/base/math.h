@@ -1,7 +1,7 @@
 /// \file
-/// The arithmetic of every number that reaches a tally. Only IEEE operations that all compilers and
-/// devices round alike (+ - * / sqrt, conversions) and the functions below: a libm differs from
-/// machine to machine, and a compiler folds its calls at one optimisation level and not at another.
+/// The arithmetic of every number that reaches a tally. It uses only IEEE operations that all
+/// compilers and devices round alike (+ - * / sqrt, conversions) and the functions below. A libm
+/// differs between machines, and compilers fold its calls at some optimisation levels only.
 /// Compile with -ffp-contract=off. Any change here is a new arithmetic version
 /// (tyndall/render/render.h).
 #pragma once
@@ -35,10 +35,10 @@ TYN_HD float sqrt(float x) {
 #endif
 }
 
-// The same of ordinary numbers, which is what walks have: operands and results between 2^-100 and
-// 2^100. A device looks at the operands of each quotient and root, and jumps where they are
-// extraordinary; without that it is the same Newton step, and the same correctly rounded result, in
-// a third of the time (compared in tests/cuda). No contract is checked: lanes that idle compute,
+// Quotients and roots of ordinary numbers, as in walks: operands and results between 2^-100 and
+// 2^100. By default a device tests the operands of each quotient and root, and branches for
+// extraordinary ones. Without that test, one Newton step gives the same correctly rounded result in
+// a third of the time (compared in tests/cuda). No contract is checked, because idle lanes compute,
 // too.
 
 /// 1 / x
@@ -114,7 +114,7 @@ TYN_HD std::int64_t round_to_integer(float x) {
 #endif
 }
 
-/// The same in 32 bits, which devices convert to four times as fast. Expects |x| < 2^31.
+/// round_to_integer() in 32 bits, which is four times as fast on devices. Expects |x| < 2^31.
 TYN_HD int round_to_int(float x) {
 #if defined(__CUDA_ARCH__)
   return __float2int_rn(x);
@@ -202,7 +202,7 @@ TYN_HD SinCos sin_cos_turn(float u) {
 }
 
 /// The angle from (1, 0) to (x, y), in turns from 0 to 1, within 2^-24 (the polynomial of Cephes'
-/// atanf [Moshier1989]); 0 of (0, 0). The inverse of sin_cos_turn().
+/// atanf [Moshier1989]); 0 for (0, 0). The inverse of sin_cos_turn().
 TYN_HD float turn_of(float x, float y) {
   const float across = abs(x), up = abs(y);
   const float high = max(across, up), low = min(across, up);

@@ -12,7 +12,7 @@
 
 namespace tyndall {
 
-/// Holds a value of one of the types `Ts`, at first a `Ts...[0]`. It is trivially copyable.
+/// Holds a value of one of the types `Ts`, by default of the first. It is trivially copyable.
 template <class... Ts>
 class OneOf {
   static_assert((std::is_trivially_copyable_v<Ts> && ...));

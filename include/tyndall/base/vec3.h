@@ -1,5 +1,5 @@
 /// \file
-/// The one small vector of the walks. (GLM serves the host API; its functions reject SIMD packs.)
+/// The vector type of the walks. (GLM serves the host API; its functions reject SIMD packs.)
 #pragma once
 
 #include "tyndall/base/math.h"
@@ -42,7 +42,7 @@ TYN_HD float length(Vec3f a) { return sqrt(dot(a, a)); }
 TYN_HD Vec3f normalize(Vec3f a) { return inverse(root(dot(a, a))) * a; }
 TYN_HD float largest(Vec3f a) { return max(a.x, max(a.y, a.z)); }
 
-/// \return `local` (z along the unit vector `axis`) in the frame of `axis`, without branches
+/// \return `local`, given with z along the unit vector `axis`, in the outer frame. No branches
 /// [Duff2017].
 TYN_HD Vec3f to_frame_of(Vec3f axis, Vec3f local) {
   const float sign = axis.z >= 0.0f ? 1.0f : -1.0f;
@@ -60,18 +60,18 @@ TYN_HD Vec3f direction_around(Vec3f axis, float cosine, float turn) {
   return normalize(to_frame_of(axis, {sine * phi.cos, sine * phi.sin, cosine}));
 }
 
-/// 1 - cosine of the angle between unit vectors, which keeps its digits where that is small.
+/// 1 - cosine of the angle between unit vectors, accurate for small angles, too.
 TYN_HD float cap_height(Vec3f a, Vec3f b) { return 0.5f * dot(a - b, a - b); }
 
-/// An even direction of the cone about `axis` whose cap on the unit sphere has this height, 1 - the
-/// cosine of its half angle; u and v in [0, 1].
+/// A uniform direction in the cone about `axis`. `height` is that of the cone's cap on the unit
+/// sphere, 1 - cosine of the half angle; u and v are in [0, 1].
 TYN_HD Vec3f direction_in_cone(Vec3f axis, float height, float u, float v) {
   const float h = u * height, sine = sqrt(max(0.0f, h * (2.0f - h)));
   const SinCos phi = sin_cos_turn(v);
   return normalize(to_frame_of(axis, {sine * phi.cos, sine * phi.sin, 1.0f - h}));
 }
 
-/// p -> A p + b, the rows of A beside b.
+/// p -> A p + b, where A has the rows `row_x`, `row_y`, `row_z`, and b is `offset`.
 struct Affine {
   Vec3f row_x{1, 0, 0}, row_y{0, 1, 0}, row_z{0, 0, 1};
   Vec3f offset{0, 0, 0};

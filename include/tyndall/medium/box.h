@@ -1,5 +1,5 @@
 /// \file
-/// The box that bounds the medium, its faces, and what falls on them.
+/// The box that bounds the medium, its faces, and points on them.
 #pragma once
 
 #include <cstdint>
@@ -11,15 +11,14 @@ namespace tyndall {
 /// A face of the box, in the order of the ledger: -x +x -y +y -z +z.
 using Face = int;
 
-/// The region [0, extent] of the medium in local space, whose origin is the corner of the scene's
-/// box. One length unit is the scene's. Each axis is open or periodic. An open face may be a
-/// ground: opaque on both sides, it reflects uniformly in all directions (Lambert) what arrives
-/// from inside.
+/// The region [0, extent] of the medium in local space. The origin is the corner of the scene's
+/// box; lengths are in the scene's unit. Each axis is open or periodic. An open face may be a
+/// ground: opaque on both sides, it reflects light from inside diffusely (Lambert).
 struct Box {
   Vec3f extent{1, 1, 1};
   bool periodic_x = false, periodic_y = false, periodic_z = false;
-  std::uint32_t grounds = 0;    ///< a bit for each face
-  Vec3f ground_albedo[6] = {};  ///< RGB, of the faces that are grounds
+  std::uint32_t grounds = 0;    ///< one bit per face
+  Vec3f ground_albedo[6] = {};  ///< RGB, for faces that are grounds
 
   TYN_HD bool is_periodic(Face face) const {
     return face / 2 == 0 ? periodic_x : face / 2 == 1 ? periodic_y : periodic_z;
@@ -38,7 +37,7 @@ TYN_HD Vec3f point_on_face(const Box& box, Face face, float u, float v) {
   return {u * e.x, v * e.y, high ? e.z : 0.0f};
 }
 
-/// \return `p`, which lies on `face` but for rounding, exactly on it.
+/// \return `p` moved exactly onto `face`. \pre `p` lies on `face` up to rounding
 TYN_HD Vec3f onto_face(const Box& box, Face face, Vec3f p) {
   const Vec3f e = box.extent;
   const bool high = (face & 1) != 0;
@@ -55,7 +54,7 @@ TYN_HD Vec3f inward_normal(Face face) {
 }
 
 /// \return the projected areas of the open faces that parallel light along `direction` hits, one
-/// axis each.
+/// per axis.
 TYN_HD Vec3f lit_areas(const Box& box, Vec3f direction) {
   const Vec3f e = box.extent;
   return {box.is_open(direction.x < 0.0f ? 1 : 0) ? e.y * e.z * abs(direction.x) : 0.0f,
@@ -63,7 +62,7 @@ TYN_HD Vec3f lit_areas(const Box& box, Vec3f direction) {
           box.is_open(direction.z < 0.0f ? 5 : 4) ? e.x * e.y * abs(direction.z) : 0.0f};
 }
 
-/// A point of the open faces that parallel light hits, uniform over their projected area.
+/// Samples a point of the open faces that parallel light hits, uniform over their projected area.
 /// \param areas lit_areas(), not all 0; u, v, w in [0, 1]
 TYN_HD Vec3f lit_point(const Box& box, Vec3f direction, Vec3f areas, float u, float v, float w) {
   const float at = w * (areas.x + areas.y + areas.z);

@@ -39,7 +39,7 @@ struct DenseGrid : Cells {
     return remap(corners.interpolate(q - cell));
   }
 
-  /// Calls copy(pointer, count) for each array that the view reads and keeps what it returns.
+  /// Calls copy(pointer, count) for each array of the view, and stores the pointer it returns.
   template <class Copy>
   void relocate(Copy&& copy) {
     values = copy(values, count());

@@ -1,22 +1,22 @@
 /// \file
-/// Matter that shines: what emits as it absorbs (Kirchhoff), so that no light comes from where
-/// there is nothing and an opaque body has the radiance of its source.
+/// Emission of the medium, in proportion to its absorption (Kirchhoff): empty space emits nothing,
+/// and an opaque body has the radiance of its source.
 #pragma once
 
 #include "tyndall/medium/fields.h"
 
 namespace tyndall {
 
-/// Radiance of a black body in linear Rec. 709 over its temperature, tabulated at 512 points per
-/// octave; between them, linear. In W/(m^2 sr), weighted as the eye does: luminance / (683 lm/W).
+/// Radiance of a black body in linear Rec. 709 as a function of temperature: 512 points per octave,
+/// interpolated linearly. In W/(m^2 sr), weighted as the eye does: luminance / (683 lm/W).
 struct BlackbodyTable {
-  static constexpr float coldest = 256, hottest = 65535;  ///< [K] beyond, nothing changes
+  static constexpr float coldest = 256, hottest = 65535;  ///< [K] the table is constant beyond
   static constexpr int octaves = 8, per_octave = 512;
 
   const float* rgb = nullptr;  ///< [octaves per_octave + 1][3]
 
   TYN_HD Vec3f operator()(float temperature) const {
-    constexpr int below = 14;  // bits of a float below those of the place
+    constexpr int below = 14;  // bits of a float below the table index
     const std::uint32_t bits = float_bits(clamp(temperature, coldest, hottest));
     const float t = static_cast<float>(bits & ((1u << below) - 1u)) * (1.0f / (1 << below));
     const float* at = rgb + 3 * ((bits >> below) - (float_bits(coldest) >> below));
@@ -26,12 +26,12 @@ struct BlackbodyTable {
   static constexpr std::size_t size() { return 3 * (octaves * per_octave + 1); }
 };
 
-/// What a component shines by itself.
+/// The emission of a component.
 struct Emission {
   enum class Kind {
     scalar,     ///< `factor` times the field [W/(area sr)]
     color,      ///< `factor` times the grid of colours [W/(area sr)]
-    blackbody,  ///< `factor` times the black body at the field's temperature [K]
+    blackbody,  ///< `factor` times a black body at the field's temperature [K]
   };
 
   Kind kind = Kind::scalar;
@@ -39,9 +39,9 @@ struct Emission {
   AnyField field;
   ColorGrid colors;
   BlackbodyTable blackbody;
-  Affine to_field;  ///< local space to the space of the field, or of the colours
+  Affine to_field;  ///< local space to the space of the field, or of the colour grid
 
-  /// Radiance that an opaque black body of this matter would have [W/(area sr)].
+  /// Radiance of an opaque, purely absorbing body of this medium [W/(area sr)].
   TYN_HD Vec3f source(Vec3f p) const {
     const Vec3f q = to_field(p);
     switch (kind) {

@@ -1,21 +1,21 @@
 /// \file
-/// What a field is, and what a walk keeps of its look-ups in one.
+/// The requirements on a field, and the state that a walk keeps between look-ups.
 ///
-/// A field is a density [-] over field space: a plain struct of numbers and views, which owns
-/// nothing. tyndall/render/bounds.h bounds all that its functions return. It has
+/// A field is a density [-] over field space: a plain struct of numbers and views that owns
+/// nothing. tyndall/render/bounds.h bounds all values that its functions return. A field has
 ///
 ///   float density(Vec3f p) const, or density(Vec3f p, TreeNodes& nodes) const
 ///
-/// and may have, where the defaults below do not serve:
+/// and may have these, to replace the defaults below:
 ///
 ///   bool exceeds(Vec3f p, float extinction, float v, Lookups& lookups) const
-///       v < extinction * density(p), v > 0: this decision, bit for bit, at less cost
+///       v < extinction * density(p), v > 0: the same decision, bit for bit, at lower cost
 ///   int octave_count() const             octaves that density() sums
-///   void relocate(Copy&& copy)           calls copy(pointer, count) for each array that the field
-///                                        reads, and keeps what it returns
+///   void relocate(Copy&& copy)           calls copy(pointer, count) for each array of the field,
+///                                        and stores the pointer it returns
 ///   begin_squeeze(), add_octave(), squeezed_density(): see Squeezable
 ///
-/// Its type is one line of tyndall/medium/field_list.h.
+/// The type of a field is one line of tyndall/medium/field_list.h.
 #pragma once
 
 #include <concepts>
@@ -27,15 +27,15 @@
 
 namespace tyndall {
 
-/// The nodes of a tree of voxels that the last look-up of a walk went through: the next look-up,
-/// nearby, starts from them.
+/// The nodes of a voxel tree that a walk's last look-up passed. The next look-up is nearby, and
+/// starts from them.
 struct TreeNodes {
-  const void* tree = nullptr;  ///< whose nodes
-  nanovdb::Coord voxel;        ///< that was looked up
+  const void* tree = nullptr;  ///< the tree that has these nodes
+  nanovdb::Coord voxel;        ///< of the last look-up
   const void *upper = nullptr, *lower = nullptr, *leaf = nullptr;
 };
 
-/// What the look-ups of a walk cost, and what the next one may use.
+/// The cost of a walk's look-ups, and the nodes that the next one may start from.
 struct Lookups {
   int lookups = 0;
   int octaves = 0;
@@ -43,21 +43,21 @@ struct Lookups {
   TreeNodes nodes;
 };
 
-/// A decision of exceeds() under way: octave squeezing. The density is a rising function of a sum
-/// of octaves, so the sum is compared with one threshold.
+/// The state of octave squeezing, which decides exceeds() octave by octave. The density increases
+/// with a sum of octaves, so the sum is compared with one threshold.
 struct Squeeze {
   enum class Answer { open, no, yes };
 
   Vec3f p;          ///< doubled by each octave
-  float shape;      ///< what the field adds to the sum
-  float threshold;  ///< of the sum: the decision is yes above it, but for rounding
-  float rest = 0;   ///< bound of the octaves to come
+  float shape;      ///< added to the sum by the field
+  float threshold;  ///< the decision is yes if the sum is above, up to rounding
+  float rest = 0;   ///< bound of the remaining octaves
   float sum = 0, amplitude = 1;
   int octaves = 0;  ///< summed so far
   Answer answer = Answer::open;
 };
 
-/// A field whose decisions can be made octave by octave, so that lanes add octaves in lockstep.
+/// A field that can decide octave by octave, so that lanes add octaves in lockstep.
 template <class Field>
 concept Squeezable = requires(const Field& field, Squeeze& s) {
   { field.begin_squeeze(s.p, 1.0f, 1.0f) } -> std::same_as<Squeeze>;  // p, extinction, v
@@ -66,7 +66,7 @@ concept Squeezable = requires(const Field& field, Squeeze& s) {
   { field.octave_count() } -> std::same_as<int>;
 };
 
-// ---- The functions of any field, with the defaults
+// ---- Functions of any field, with the defaults
 
 template <class Field>
 TYN_HD float density_at(const Field& field, Vec3f p, TreeNodes& nodes) {
@@ -95,7 +95,7 @@ void relocate(Field& field, Copy&& copy) {
   if constexpr (requires { field.relocate(copy); }) field.relocate(copy);
 }
 
-/// Calls use(field) where the field is squeezable. \return whether it is.
+/// Calls use(field) if the field is squeezable. \return whether it is.
 template <class Field, class Use>
 TYN_HD bool if_squeezable(const Field& field, Use&& use) {
   if constexpr (Squeezable<Field>) use(field);

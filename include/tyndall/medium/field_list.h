@@ -8,7 +8,7 @@
 #include "tyndall/medium/solid.h"
 #include "tyndall/medium/sparse_grid.h"
 
-/// Calls X(type, name) for each type of field; `name` is that of its member of AnyField.
+/// Calls X(type, name) for each type of field; `name` is its member of AnyField.
 #define TYN_FOR_EACH_FIELD(X) \
   X(Solid, solid)             \
   X(NoiseCloud, noise_cloud)  \

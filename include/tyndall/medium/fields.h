@@ -22,7 +22,7 @@ struct AnyField {
   TYN_FOR_EACH_FIELD(TYN_CONSTRUCTOR)
 #undef TYN_CONSTRUCTOR
 
-  /// Calls visitor(field) with the field that `self` is.
+  /// Calls visitor(field) with the field that `self` holds.
   template <class Self, class Visitor>
   TYN_HD static decltype(auto) visit(Self& self, Visitor&& visitor) {
     switch (self.kind) {

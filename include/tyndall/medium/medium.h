@@ -9,7 +9,7 @@
 
 namespace tyndall {
 
-/// One field with what it does to light.
+/// One field and its optical properties.
 template <class Field>
 struct Component {
   Field field;
@@ -17,7 +17,7 @@ struct Component {
   float extinction = 1;   ///< [1/length] at density 1
   Vec3f albedo{1, 1, 1};  ///< RGB
   Phase phase;
-  const Emission* emission = nullptr;  ///< of matter that shines
+  const Emission* emission = nullptr;  ///< null: it emits nothing
 
   /// [1/length]
   TYN_HD float sigma_t(Vec3f p, TreeNodes& nodes) const {
@@ -29,8 +29,8 @@ struct Component {
   }
   TYN_HD bool scatters() const { return largest(albedo) > 0.0f; }
 
-  /// \return the radiance that matter at `p` adds at each real collision [W/(area sr)]: it emits as
-  /// it absorbs.
+  /// \return the radiance to add at each real collision at `p` [W/(area sr)]: emission in
+  /// proportion to absorption.
   TYN_HD Vec3f emitted(Vec3f p) const {
     return Vec3f{1.0f - albedo.x, 1.0f - albedo.y, 1.0f - albedo.z} * emission->source(p);
   }
@@ -45,7 +45,8 @@ struct Component {
     emission = copy(static_cast<const Emission*>(&moved), 1);
   }
 
-  /// \return v < sigma_t(p), v > 0: this decision, bit for bit, at less cost, which is counted.
+  /// \return v < sigma_t(p), for v > 0: the same decision, bit for bit, at lower cost. Counts the
+  /// cost.
   TYN_HD bool exceeds(Vec3f p, float v, Lookups& lookups) const {
     return tyndall::exceeds(field, to_field(p), extinction, v, lookups);
   }
@@ -53,18 +54,18 @@ struct Component {
   TYN_HD int octaves() const { return octave_count(field); }
 };
 
-/// How tentative collisions are decided: all ways decide alike.
+/// How tentative collisions are decided. All ways give the same decisions.
 enum class Decision {
-  squeezed,  ///< with as little of the field as settles it
+  squeezed,  ///< evaluates only as much of the field as the decision needs
   audited,   ///< by the density, which must be within its bounds and agree with `squeezed`
-  full,      ///< by the density, always [SzirmayKalos2011]
+  full,      ///< always by the density [SzirmayKalos2011]
 };
 
-/// No component: a virtual particle.
+/// Stands for no component: a null collision, with a virtual particle.
 inline constexpr int virtual_particle = -1;
 
-/// \return the decision by the density, which must be within its bounds `at` and agree with
-/// `squeezed`.
+/// \return the decision by the density. Counts a violation if the extinction is outside its bounds
+/// `at`, or if the decision differs from `squeezed`.
 TYN_HD bool audit(const MajorantGrid& grid, std::size_t at, float sigma_t, float v, bool squeezed,
                   Lookups& lookups) {
   const bool real = v < sigma_t;
@@ -73,8 +74,8 @@ TYN_HD bool audit(const MajorantGrid& grid, std::size_t at, float sigma_t, float
   return real;
 }
 
-/// \return whether `component` is what a tentative collision with 0 < v < sigma_maj in `cell` hits.
-/// Below the minorant the answer is certain without a look-up.
+/// \return whether a tentative collision with `component`, 0 < v < sigma_maj in `cell`, is real.
+/// Below the minorant it is real without a look-up.
 template <class Component>
 TYN_HD bool is_real(const MajorantGrid& grid, int index, const Component& component,
                     std::size_t cell, float v, Vec3f p, Lookups& lookups, Decision decision) {
@@ -89,7 +90,7 @@ TYN_HD bool is_real(const MajorantGrid& grid, int index, const Component& compon
   return audit(grid, at, sigma_t, v, component.exceeds(p, v, uncounted), lookups);
 }
 
-/// One component: what most scenes are, and no dearer than if there could be only one.
+/// A medium of one component, as in most scenes. It costs no more than if there could be only one.
 template <class Field>
 struct SingleMedium {
   MajorantGrid super_voxels;  ///< for the super-voxel walk
@@ -99,12 +100,12 @@ struct SingleMedium {
   TYN_HD int count() const { return 1; }
   TYN_HD const Component<Field>& component(int) const { return single; }
 
-  /// \return whose tentative collision this is, real or not, 0 < v < total[cell], or
-  /// virtual_particle. Leaves what v is above the others.
+  /// \return the component of a tentative collision, real or null, 0 < v < total[cell], or
+  /// virtual_particle. Subtracts the majorants of the components before it from v.
   TYN_HD int choose(const MajorantGrid&, std::size_t, float&) const { return 0; }
 
   /// \return the component of a tentative collision at `p`, 0 < v < total[cell], or
-  /// virtual_particle.
+  /// virtual_particle if the collision is null.
   TYN_HD int collide(const MajorantGrid& grid, std::size_t cell, float v, Vec3f p, Lookups& lookups,
                      Decision decision = Decision::audited) const {
     return is_real(grid, 0, single, cell, v, p, lookups, decision) ? 0 : virtual_particle;
@@ -118,8 +119,8 @@ struct SingleMedium {
   }
 };
 
-/// Several components, of any fields. The same number v says which component is hit and whether it
-/// is real: one look-up per tentative collision.
+/// A medium of several components, with any fields. One number v selects the component and decides
+/// whether its collision is real: one look-up per tentative collision.
 struct MixedMedium {
   MajorantGrid super_voxels, whole;
   const Component<AnyField>* components = nullptr;
@@ -141,7 +142,7 @@ struct MixedMedium {
       if (v < sigma_maj) return i;
       v = v - sigma_maj;
     }
-    return virtual_particle;  // v above the sum by a rounding error
+    return virtual_particle;  // v exceeds the sum by a rounding error
   }
 
   template <class Copy>

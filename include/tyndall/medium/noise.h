@@ -13,14 +13,13 @@ namespace tyndall {
 inline constexpr float noise_bound = 1.0364f;              ///< of |noise|, float rounding included
 inline constexpr float noise_second_derivative = 12.036f;  ///< of |d^2 noise / dx_i^2|, any axis
 inline constexpr float noise_rounding =
-    2e-5f;  ///< of |noise in float - exact|, its share of the rounding of a sum of octaves included
+    2e-5f;  ///< of |noise in float - exact|, including its part of the rounding of a sum of octaves
 
-/// Lattice coordinates times these, combined by xor, go into the hash; a neighbour costs one
-/// addition.
+/// The hash reads the xor of the lattice coordinates times these. A neighbour costs one addition.
 inline constexpr std::uint32_t lattice_x = 0x8da6b343u, lattice_y = 0xd8163841u,
                                lattice_z = 0xcb1ab31fu;
 
-/// \return 0 to 11: one of the edge gradients, all equally likely.
+/// \return 0 to 11: one of the edge gradients, with equal probability.
 TYN_HD std::uint32_t lattice_hash(std::uint32_t mixed) {
   std::uint32_t h = mixed * 0x2c1b3c6du;
   h = (h ^ (h >> 15)) * 0x297a2d39u;
@@ -45,7 +44,7 @@ TYN_HD float fade(float t) { return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f)
 /// Lattice spacing 1, C2, 0 on the lattice. Expects |p_i| <= 2^30.
 TYN_HD float gradient_noise(Vec3f p, std::uint32_t seed) {
   const Vec3f cell{floor(p.x), floor(p.y), floor(p.z)};
-  const Vec3f f = p - cell;  // exact, but for p_i in (-1, 0), and in [0, 1]
+  const Vec3f f = p - cell;  // in [0, 1], and exact except for p_i in (-1, 0)
   const std::uint32_t x0 = static_cast<std::uint32_t>(static_cast<int>(cell.x)) * lattice_x;
   const std::uint32_t y0 = static_cast<std::uint32_t>(static_cast<int>(cell.y)) * lattice_y;
   const std::uint32_t z0 = static_cast<std::uint32_t>(static_cast<int>(cell.z)) * lattice_z ^ seed;
@@ -94,23 +93,22 @@ TYN_HD float fractal_noise_bound(int octaves, float gain) {
   return sum;
 }
 
-/// A fractal noise on a grid, in 8 bits: its bounds are within `half` of what lies between. Asked
-/// before the first octave; no walk crosses its cells, so they may be far finer than super-voxels.
-/// docs/bounds.md, 9.
+/// Fractal noise on a grid, in 8 bits. The interpolated value is within `half` of the noise.
+/// Decisions read it before the first octave. No walk crosses its cells, so they may be far finer
+/// than super-voxels. docs/bounds.md, 9.
 struct NoiseTable : Cells {
-  // The more points, the fewer octaves a decision takes, as long as caches hold them: the second
-  // level of a core, or that of the larger devices. No decision changes.
+  // More points save octaves, as long as the second-level cache of a core, or of the larger
+  // devices, holds them. They change no decision.
   static constexpr double processor_points = 128.0 * 128 * 128;
   static constexpr double device_points = 256.0 * 256 * 256;
 
-  const std::int8_t* values = nullptr;  ///< [nz][ny][nx], and 2 more; nullptr: no table
+  const std::int8_t* values = nullptr;  ///< [nz][ny][nx], and 2 more for row(); nullptr: no table
   Vec3f low{0, 0, 0}, inverse_cell_size{0, 0, 0};
   float unit = 0, half = 0;
 
   TYN_HD std::size_t size() const { return count() + 2; }
 
-  /// \return whether p is within the grid. Then `noise` is within `half` of what fractal_noise()
-  /// returns.
+  /// \return whether p is within the grid. Then `noise` is within `half` of fractal_noise().
   TYN_HD bool look_up(Vec3f p, float& noise) const {
     const float qx = (p.x - low.x) * inverse_cell_size.x, qy = (p.y - low.y) * inverse_cell_size.y,
                 qz = (p.z - low.z) * inverse_cell_size.z;
@@ -128,7 +126,7 @@ struct NoiseTable : Cells {
     return (x == qx) & (y == qy) & (z == qz);
   }
 
-  /// Two neighbours in one load of 32 bits, which lanes gather.
+  /// Interpolates two neighbours. One 32-bit load reads both, so that lanes can gather.
   TYN_HD float row(int at, float t) const {
 #if defined(__CUDA_ARCH__)
     const float a = values[at], b = values[at + 1];

@@ -1,5 +1,5 @@
 /// \file
-/// Clouds of gradient noise, with octave squeezing: a decision takes as few octaves as settle it.
+/// Clouds of gradient noise, with octave squeezing: a decision sums only the octaves it needs.
 #pragma once
 
 #include <cstdint>
@@ -17,18 +17,18 @@ struct NoiseCloud {
   std::uint32_t seed = 0;
   float contrast = 0, coverage = 0, falloff = 0;
 
-  // One quadratic form for all bodies: distances from an axis that may lean, in units of radii that
-  // may grow.
+  // One quadratic form serves all bodies: the distance from an axis that may lean, in units of
+  // radii that may grow with height.
   Vec3f center{0, 0, 0};
   Vec3f inverse_radii{0, 0, 0};  ///< 0: no fall-off along that axis
   float lean_x = 0, lean_z = 0;  ///< displacement of the axis per unit of height above the centre
   float growth = 0;              ///< relative growth of the x and z radii per unit of height
 
-  NoiseTable table;  ///< of the noise where the density may be above 0, or none
+  NoiseTable table;  ///< of the noise where the density may be above 0; may be empty
 
   /// Below the apex of the cone the radius stays at this fraction.
   static constexpr float smallest_growth = 0.05f;
-  static constexpr float reach = 32768;  ///< positions beyond, along any axis, count as there
+  static constexpr float reach = 32768;  ///< positions are clamped to this along each axis
 
   /// 0 on the axis of the body, 1 on its surface.
   TYN_HD float relative_distance_squared(Vec3f p) const {
@@ -56,8 +56,8 @@ struct NoiseCloud {
     return transfer(fractal_noise(p, octaves, gain, seed), shape(p));
   }
 
-  /// Adds octaves from coarse to fine, until they settle the decision; the table may settle it
-  /// before the first.
+  /// Adds octaves from coarse to fine until they settle the decision. The table may settle it
+  /// before the first octave.
   TYN_HD bool exceeds(Vec3f p, float extinction, float v, Lookups& lookups) const {
     Squeeze s = begin_squeeze(p, extinction, v);
     while (s.answer == Squeeze::Answer::open) add_octave(s, extinction, v);
@@ -90,28 +90,27 @@ struct NoiseCloud {
     settle(s, extinction, v);
   }
 
-  // What all drivers make decisions of.
+  // The steps of a decision, for all drivers.
 
-  /// Adds an octave. \param p doubled by each \param rest bound of the octaves to come
+  /// Adds an octave. \param p doubled by each octave \param rest bound of the remaining octaves
   TYN_HD static void add_to(Vec3f& p, float& sum, float& rest, std::uint32_t lattice_seed,
                             float amplitude) {
     p = 2.0f * p;
     sum = sum + amplitude * gradient_noise(p, lattice_seed);
     rest = rest - noise_bound * amplitude;
   }
-  /// Whether the octaves to come leave a sum on its side of the threshold.
+  /// Whether the remaining octaves cannot move the sum across the threshold.
   TYN_HD static bool is_settled(float sum, float threshold, float rest) {
     return abs(sum - threshold) > rest;
   }
 
   TYN_HD float squeezed_density(const Squeeze& s) const { return transfer(s.sum, s.shape); }
 
-  /// Inverts the transfer: v < extinction * density where the noise is above this, but for
-  /// rounding.
+  /// Inverts the transfer: up to rounding, v < extinction * density where the noise is above this.
   TYN_HD float threshold(float extinction, float v, float shape) const {
     return divide(v, extinction * contrast) - shape;
   }
-  /// The bound `rest` of the octaves left out, widened by all that rounding may do.
+  /// The bound `rest` of the remaining octaves, widened by a bound of the rounding error.
   TYN_HD static float widened(float rest, float shape, float threshold) {
     return rest + squeeze_rounding * (rest + abs(shape) + abs(threshold));
   }
@@ -121,12 +120,12 @@ struct NoiseCloud {
     table.relocate(copy);
   }
 
-  /// Fraction of the largest terms that rounding may change in a comparison: 15 additions, and a
-  /// few operations of the transfer and of its inverse, with room to spare.
+  /// Bound of the rounding error of a comparison, as a fraction of its largest terms: 15 additions,
+  /// and a few operations of the transfer and of its inverse, with room to spare.
   static constexpr float squeeze_rounding = 4e-6f;
 
  private:
-  // Without branches: lanes settle together.
+  // No branches: lanes settle in lockstep.
   TYN_HD void settle(Squeeze& s, float extinction, float v) const {
     const bool all = s.octaves == octaves, sure = is_settled(s.sum, s.threshold, s.rest);
     const bool above = s.sum > s.threshold, exceeds = v < extinction * squeezed_density(s);

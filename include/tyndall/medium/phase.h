@@ -1,6 +1,6 @@
 /// \file
-/// Phase functions. All directions are the way light travels; `cosine` is between before and after,
-/// so that g > 0 scatters forwards. Normalised to 1 over the sphere.
+/// Phase functions, normalised to 1 over the sphere. Directions point the way light travels.
+/// `cosine` is that of the scattering angle, so that g > 0 scatters forwards.
 #pragma once
 
 #include <cstddef>
@@ -26,9 +26,9 @@ struct Phase {
   float weight = 1.0f;  ///< of the first of two lobes
   const PhaseKnot* knots = nullptr;  ///< tabulated
   int knot_count = 0;
-  /// Whether paths go on for what the illumination grid lacks: see split_phase(). If so, the smooth
-  /// part of this phase function, sum (2l + 1) smooth_l P_l(cosine) / 4 pi up to the order of the
-  /// grid, is left to the grid.
+  /// Whether paths continue to find light that the illumination grid lacks: see split_phase(). If
+  /// so, the grid accounts for the smooth part of this phase function only, sum (2l + 1) smooth_l
+  /// P_l(cosine) / 4 pi up to the order of the grid.
   bool is_split = false;
   float smooth_0 = 0.0f, smooth_1 = 0.0f, smooth_2 = 0.0f;
 
@@ -56,7 +56,7 @@ struct Phase {
   /// Density of sample() over solid angle [1/sr]: the sampling is exact.
   TYN_HD float pdf(float cosine) const { return evaluate(cosine); }
 
-  /// \return cosine of the scattering angle for `u` in (0, 1); it rises with u (within each lobe).
+  /// \return cosine of the scattering angle for `u` in (0, 1); increases with u (within each lobe).
   TYN_HD float sample_cosine(float u) const {
     const float x = 2.0f * u - 1.0f;
     switch (kind) {
@@ -70,13 +70,13 @@ struct Phase {
         const float c = min(root - 1.0f / root, 1.0f);
         return half < 0.0f ? -c : c;
       }
-      case Kind::two_lobes: {  // u chooses the lobe; what it has left of it is even again
+      case Kind::two_lobes: {  // u selects the lobe; its remainder is uniform again
         const bool first = u < weight;
         const float rest = first ? u / weight : (u - weight) / (1.0f - weight);
         return lobe_cosine(first ? g : g2, 2.0f * rest - 1.0f);
       }
       case Kind::tabulated: {
-        // The probability within a segment is quadratic in the way t into it; this root of it
+        // The probability within a segment is quadratic in the offset t. This form of the root
         // neither cancels nor divides by the slope.
         const int i = segment<&PhaseKnot::below>(u);
         const PhaseKnot a = knots[i], b = knots[i + 1];
@@ -135,10 +135,10 @@ struct Phase {
     return 0.25f / pi * (1.0f - g * g) / (d * sqrt(d));
   }
 
-  /// Inverted by Witt 1977. \param x in (-1, 1), evenly distributed
+  /// Inversion by Witt 1977. \param x in (-1, 1), uniformly distributed
   TYN_HD static float lobe_cosine(float g, float x) {
     const float square = 1.0f + g * g, d = 1.0f + g * x;
-    if (abs(g) < 0.1f) {  // the same, multiplied out: nothing cancels where g is small
+    if (abs(g) < 0.1f) {  // multiplied out: nothing cancels where g is small
       const float numerator = x * square + 0.5f * g * (x * x * square + 3.0f - g * g);
       return clamp(numerator / (d * d), -1.0f, 1.0f);
     }
@@ -146,7 +146,7 @@ struct Phase {
     return clamp((square - s * s) / (2.0f * g), -1.0f, 1.0f);
   }
 
-  /// \return the last segment that begins at `x` or below it.
+  /// \return the last segment that begins at or below `x`.
   template <float PhaseKnot::*member>
   TYN_HD int segment(float x) const {
     int low = 0, high = knot_count - 1;

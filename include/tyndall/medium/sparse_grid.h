@@ -1,6 +1,6 @@
 /// \file
 /// Sparse grids of voxels: NanoVDB trees [Museth2021], read in place, the same bytes on host and
-/// device. tyndall/render/volume.h checks them first: here every pointer is followed blindly.
+/// device. tyndall/render/volume.h checks them first; the functions here check no pointer.
 #pragma once
 
 #include <cstdint>
@@ -22,10 +22,10 @@ struct SparseTree {
 
   const std::uint8_t* bytes = nullptr;  ///< of the grid
   std::uint64_t size = 0;               ///< [byte]
-  std::uint64_t root = 0;               ///< where its root is [byte]
+  std::uint64_t root = 0;               ///< offset of its root [byte]
 
-  /// \return the leaf of a voxel; nullptr where a tile, of value `tile`, covers it. The leaves of
-  /// quantised grids are not Leaf, but the nodes above them are as those of floats.
+  /// \return the leaf of a voxel, or nullptr where a tile covers it, whose value is then in `tile`.
+  /// The leaves of quantised grids are not Leaf, but the nodes above them equal those of floats.
   TYN_HD const void* find(nanovdb::Coord at, TreeNodes& nodes, V& tile) const {
     int apart = -1;
     if (nodes.tree == bytes)
@@ -80,9 +80,9 @@ struct SparseTree {
   }
 };
 
-/// Where a look-up at `p` begins: the first voxel of its cell, and the place within that.
+/// The cell of a look-up at `p`: its first voxel, and the position of `p` within the cell.
 struct CellOfVoxels {
-  static constexpr float reach = 0x1p28f;  ///< positions beyond, along any axis, count as there
+  static constexpr float reach = 0x1p28f;  ///< positions are clamped to this along each axis
 
   nanovdb::Coord first;
   Vec3f place;
@@ -98,7 +98,7 @@ struct CellOfVoxels {
   }
 };
 
-/// Values at integer positions of field space, between them interpolated. NanoVDB's float, Fp4,
+/// Values at integer positions of field space, interpolated in between. Holds NanoVDB's float, Fp4,
 /// Fp8, Fp16 and FpN.
 struct SparseGrid {
   using Value = float;
@@ -106,11 +106,11 @@ struct SparseGrid {
   SparseTree<float> tree;
   nanovdb::GridType type = nanovdb::GridType::Float;
   nanovdb::Coord origin;  ///< the voxel at the origin of field space
-  nanovdb::Coord extent;  ///< from there to the last active voxels
+  nanovdb::Coord extent;  ///< from `origin` to the last active voxels
   bool nearest = false;
-  bool solid = false;  ///< values are distances: density 1 up to 0, and 0 beyond
-  Remap remap;         ///< of values that are no distances
-  BoundTable bounds;   ///< where there are voxels, or none
+  bool solid = false;  ///< values are distances: density 1 for values <= 0, else 0
+  Remap remap;         ///< of values that are not distances
+  BoundTable bounds;   ///< over the voxels; may be empty
 
   TYN_HD float density(Vec3f p) const {
     TreeNodes nodes;
@@ -146,7 +146,7 @@ struct SparseGrid {
 
   TYN_HD Corners corners(nanovdb::Coord at, TreeNodes& nodes) const {
     Corners c;
-    if ((at[0] & 7) < 7 && (at[1] & 7) < 7 && (at[2] & 7) < 7) {  // all in one node
+    if ((at[0] & 7) < 7 && (at[1] & 7) < 7 && (at[2] & 7) < 7) {  // all in one leaf
       float tile = 0.0f;
       const void* leaf = tree.find(at, nodes, tile);
       const std::uint32_t first = offset(at);
@@ -195,7 +195,7 @@ struct SparseGrid {
   }
 };
 
-/// Colours at integer positions of field space, between them interpolated; negative ones are black.
+/// Colours at integer positions of field space, interpolated in between. Negative values become 0.
 struct ColorGrid {
   using Value = nanovdb::Vec3f;
 

@@ -1,6 +1,6 @@
 /// \file
-/// What all grids of voxels share: the interpolation between voxels, and what makes densities of
-/// their values.
+/// Parts that all voxel grids share: interpolation, the map from values to densities, and tables of
+/// bounds.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,8 @@
 
 namespace tyndall {
 
-/// clamp(scale value + offset, low, high)^gamma. Rises or falls with the value throughout, so that
-/// bounds of values give bounds of densities.
+/// clamp(scale value + offset, low, high)^gamma. It is monotonic, so that bounds of values give
+/// bounds of densities.
 struct Remap {
   float scale = 1, offset = 0;
   float low = 0, high = 1e12f;  ///< low >= 0
@@ -27,7 +27,7 @@ struct Remap {
 struct Corners {
   float value[8];
 
-  /// \param f where in the cell, 0 to 1 along each axis
+  /// \param f position in the cell, 0 to 1 along each axis
   TYN_HD float interpolate(Vec3f f) const {
     const float low = lerp(lerp(value[0], value[4], f.x), lerp(value[2], value[6], f.x), f.y);
     const float high = lerp(lerp(value[1], value[5], f.x), lerp(value[3], value[7], f.x), f.y);
@@ -35,10 +35,10 @@ struct Corners {
   }
 };
 
-/// Bounds of a density over bricks of field space, in 8 bits, rounded outwards: read before the
-/// voxels. No walk crosses the bricks, so they may be far smaller than super-voxels.
+/// 8-bit bounds of a density over bricks of field space, rounded outwards. Decisions read them
+/// before the voxels. No walk crosses the bricks, so they may be far smaller than super-voxels.
 struct BoundTable : Cells {
-  const std::uint8_t* codes = nullptr;  ///< [nz][ny][nx] of lower and upper bound
+  const std::uint8_t* codes = nullptr;  ///< [nz][ny][nx][2] lower and upper bound
   Vec3f low{0, 0, 0}, inverse_brick_size{0, 0, 0};
   float unit = 0;  ///< density of a code
 
@@ -64,7 +64,8 @@ struct BoundTable : Cells {
   }
 };
 
-/// An interpolation may pass the values at the corners by this share of the largest.
+/// Rounding may put an interpolated value outside the corner values by this fraction of the
+/// largest.
 inline constexpr double interpolation_rounding = 1e-6;
 
 }  // namespace tyndall

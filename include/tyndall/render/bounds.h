@@ -1,5 +1,5 @@
 /// \file
-/// Proven bounds of the density of a field over a box: what makes a majorant a majorant.
+/// Proven bounds of the density of a field over a box, from which majorants are made.
 /// docs/bounds.md has the proofs.
 #pragma once
 
@@ -19,7 +19,7 @@ struct Bounds {
   double lower, upper;
 };
 
-/// Bounds of what density() returns, float rounding included, anywhere in `region`.
+/// Bounds of the values of density(), float rounding included, anywhere in `region`.
 #define TYN_BOUNDS(Field, name) Bounds density_bounds(const Field& field, const Region& region);
 TYN_FOR_EACH_FIELD(TYN_BOUNDS)
 #undef TYN_BOUNDS

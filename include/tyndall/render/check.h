@@ -1,5 +1,5 @@
 /// \file
-/// What is wrong with a scene, in the words of its file.
+/// The check of a scene. It reports problems in the terms of the scene file.
 #pragma once
 
 #include <string>
@@ -11,8 +11,8 @@ namespace tyndall {
 
 struct Problem {
   std::string path;     ///< of the offending key, e.g. "medium.components[0].extinction"
-  std::string message;  ///< what was expected, what was found, what to write
-  std::vector<std::string> depends_on = {};  ///< other keys that could make it none
+  std::string message;  ///< expected and found values, and a remedy
+  std::vector<std::string> depends_on = {};  ///< other keys that could resolve it
 };
 
 struct Problems {
@@ -20,7 +20,7 @@ struct Problems {
   std::vector<Problem> warnings;
 };
 
-/// Every problem of `scene` at once; a scene without errors renders. Needs no files and builds
+/// \return every problem of `scene`; a scene without errors renders. Reads no files and builds
 /// nothing.
 Problems check(const Scene& scene);
 

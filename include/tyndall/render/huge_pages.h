@@ -1,6 +1,6 @@
 /// \file
-/// Large arrays that are read at random want large pages: with small ones each look-up also misses
-/// the table of pages.
+/// Huge pages for large arrays that are read at random. With small pages each look-up also misses
+/// the TLB.
 #pragma once
 
 #include <cstddef>
@@ -8,10 +8,10 @@
 
 namespace tyndall {
 
-/// Asks the system for large pages, where it knows any. Of memory that was not written to yet.
+/// Requests huge pages if the system supports them. \pre the memory has not been written yet
 void advise_huge_pages(void* bytes, std::size_t size);
 
-/// An empty vector becomes one of `count` zeros.
+/// Resizes an empty vector to `count` zeros.
 template <class T>
 void resize_in_huge_pages(std::vector<T>& values, std::size_t count) {
   values.reserve(count);

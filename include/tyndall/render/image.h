@@ -1,5 +1,5 @@
 /// \file
-/// An image of radiance, as environments have it.
+/// A radiance image, for environment lights.
 #pragma once
 
 #include <cstddef>
@@ -12,8 +12,8 @@ namespace tyndall {
 
 class Image {
  public:
-  /// \param texels width times height, linear RGB from the top left. What is no number, negative or
-  /// beyond largest_texel is made one that is not, and counted.
+  /// \param texels width times height, linear RGB from the top left. Channels that are NaN,
+  /// negative or above largest_texel are mended, and their texels counted.
   Image(int width, int height, std::vector<Vec3f> texels);
 
   static constexpr float largest_texel = 1e12f;

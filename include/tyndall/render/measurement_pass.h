@@ -8,7 +8,7 @@
 
 namespace tyndall::measurement {
 
-/// \return how many 64-bit words the elements of a scene take.
+/// \return the number of 64-bit words for the elements of a scene.
 inline std::uint64_t word_count(Id id, const PreparedScene& scene) {
   const Row& row = rows[id];
   return (row.count(scene.cells.count(), scene.pixels()) * row.element + 7) / 8;

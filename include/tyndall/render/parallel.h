@@ -1,4 +1,5 @@
 /// \file
+/// Parallel loops, requests to stop, and the floating-point environment of threads.
 #pragma once
 
 #include <cfenv>
@@ -7,8 +8,8 @@
 
 namespace tyndall {
 
-/// Rounds to nearest and keeps denormals while it lives: a host program may have switched on
-/// flush-to-zero or another rounding mode, and results must not depend on it.
+/// Sets rounding to nearest and keeps denormals during its lifetime. A host program may have set
+/// flush-to-zero or another rounding mode, and results must not depend on that.
 class DefaultFloatingPoint {
  public:
   DefaultFloatingPoint() {
@@ -23,11 +24,11 @@ class DefaultFloatingPoint {
   std::fenv_t saved_;
 };
 
-/// Whether the work shall be given up. Asked by every thread, between any two photons, cells or
-/// pixel samples; empty: never.
+/// Whether to give up the work. Every thread calls it between any two photons, cells or pixel
+/// samples. Empty: never.
 using Stop = std::function<bool()>;
 
-/// What is thrown then. Nothing of the work remains.
+/// Thrown when Stop returns true. Nothing of the work remains.
 struct Stopped {};
 
 /// \throws Stopped
@@ -35,17 +36,17 @@ inline void stop_if(const Stop& stop) {
   if (stop && stop()) throw Stopped{};
 }
 
-/// \return `threads`, or one per hardware thread where it is 0.
+/// \return `threads`, or the number of hardware threads if that is 0.
 int thread_count(int threads);
 
 /// Calls body(begin, end) for chunks that cover [begin, end), at most `grain` long, on `threads`
-/// threads, which round to nearest and keep denormals whatever the calling thread does. Returns
-/// when all are done; the first exception of a body is thrown on.
+/// threads. These round to nearest and keep denormals, whatever the calling thread does. Returns
+/// when all chunks are done, and rethrows the first exception of a body.
 void parallel_for(std::uint64_t begin, std::uint64_t end, std::uint64_t grain, int threads,
                   const std::function<void(std::uint64_t, std::uint64_t)>& body);
 
-/// The same, but chunks are begun in order, and none once `pause` is true. \return the end of those
-/// that are done.
+/// Runs as parallel_for(), but begins chunks in order, and none once `pause` returns true.
+/// \return the end of the completed chunks.
 std::uint64_t parallel_for_until(const Stop& pause, std::uint64_t begin, std::uint64_t end,
                                  std::uint64_t grain, int threads,
                                  const std::function<void(std::uint64_t, std::uint64_t)>& body);

@@ -1,4 +1,5 @@
 /// \file
+/// The rendered picture.
 #pragma once
 
 #include <string>
@@ -7,23 +8,23 @@
 
 namespace tyndall {
 
-/// More about each pixel than its colour.
+/// Further values of each pixel, beside its colour.
 struct PictureLayer {
   std::string name;           ///< of the layer in the file
   std::string channels;       ///< a letter each, such as "RGB"
   std::vector<float> values;  ///< [height][width][channels]
 };
 
-/// Linear scene-referred RGBA (Rec. 709 primaries, D65), row by row from the top left; radiance
-/// [W/(area sr)], alpha the share of the pixel's samples that met matter (premultiplied: a black
-/// background adds nothing).
+/// Linear scene-referred RGBA (Rec. 709 primaries, D65), row by row from the top left. RGB is
+/// radiance [W/(area sr)]. Alpha is the fraction of the pixel's samples that hit the medium or a
+/// ground (premultiplied: a black background adds nothing).
 struct Picture {
   int width = 0, height = 0;
   std::vector<float> rgba;  ///< 4 width height values
   std::vector<PictureLayer> layers;
   std::vector<std::pair<std::string, std::string>> provenance;  ///< for the file's header, in order
-  int left = 0, top = 0;                  ///< of a part of a picture: where it lies in the whole
-  int whole_width = 0, whole_height = 0;  ///< and the size of that; 0: this is no part
+  int left = 0, top = 0;                  ///< position of a crop in the whole picture
+  int whole_width = 0, whole_height = 0;  ///< size of the whole picture; 0: this is not a crop
 };
 
 }  // namespace tyndall

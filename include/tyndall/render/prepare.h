@@ -1,7 +1,7 @@
 /// \file
-/// What the walks read, made from what a person wrote: bounds, emitters, camera, scales. All in
-/// local space: world space moved so that the corner of the medium's box is the origin, which keeps
-/// float positions exact far from 0.
+/// Prepares a scene for the walks: bounds, emitters, camera, scales. All are in local space: world
+/// space moved so that the corner of the medium's box is the origin, which keeps float positions
+/// exact far from 0.
 #pragma once
 
 #include <array>
@@ -25,7 +25,7 @@ using AnySampler = std::variant<SuperVoxel, Woodcock, RayMarching>;
 /// Bounds of all components over the super-voxels of one grid, and over all of them.
 struct MajorantTables : Cells {
   std::vector<float> total, upper, lower;                    ///< see MajorantGrid
-  std::vector<float> whole_total, whole_upper, whole_lower;  ///< the same for one cell
+  std::vector<float> whole_total, whole_upper, whole_lower;  ///< see MajorantGrid, for one cell
 };
 
 /// A scene ready to render. The views (medium, emitters, ...) point into its own storage and into
@@ -38,25 +38,25 @@ struct PreparedScene {
   Camera camera;
   std::vector<DirectLight> direct_lights;  ///< sorted: see DirectLights
   std::vector<std::string> light_groups;   ///< names, in the order of the scene's lights
-  Vec3f background{0, 0, 0};               ///< [W/(area sr)] that the camera sees behind everything
-  std::vector<std::string> groups;      ///< whose light is kept apart: light_groups, that of matter
-                                        ///< that shines, if any, and the background's; or none
-  bool has_grid = true;                 ///< false: paths alone
-  bool is_apart = true;                 ///< the grid lacks direct_lights scattered once
+  Vec3f background{0, 0, 0};               ///< [W/(area sr)] seen by the camera behind everything
+  std::vector<std::string> groups;         ///< with separately stored light: light_groups, the
+                                    ///< medium's emission, if any, and the background; or none
+  bool has_grid = true;                 ///< false: path integrator
+  bool is_apart = true;                 ///< the grid lacks singly scattered light of direct_lights
   int bounces = 0;                      ///< before the grid is read
   int film_width = 1, film_height = 1;  ///< of the crop
-  /// Those that are not sure to be black, whatever their samples: in order; empty: all.
+  /// Pixels that are not proven to be black, whatever their samples; in order; empty: all pixels.
   std::vector<std::uint32_t> bright_pixels;
   float film_unit = 1;
   IlluminationCells cells;
   Vec3f cell_size{1, 1, 1};
-  std::vector<CellBricks::Entry> brick_table;  ///< that cells have, where not all are stored
-  std::vector<std::uint64_t> brick_places;     ///< the same
-  std::vector<Clump> clumps;                   ///< that light from far away is aimed at; or none
+  std::vector<CellBricks::Entry> brick_table;  ///< of `cells`, if not all are stored
+  std::vector<std::uint64_t> brick_places;     ///< of `cells`, if not all are stored
+  std::vector<Clump> clumps;                   ///< targets of light from far away; or none
   int strata = 1;
   float matter_scale = 1;
   std::uint64_t seed = 1;
-  std::uint64_t gather_seed = 1;  ///< of the camera's paths
+  std::uint64_t gather_seed = 1;  ///< of camera paths
   std::uint64_t hash = 0;         ///< see scene_hash()
   Detectors detectors;            ///< without memory
 
@@ -65,7 +65,7 @@ struct PreparedScene {
             static_cast<int>(clumps.size())};
   }
 
-  /// Its film, in the memory of a backend.
+  /// The film of the scene, in the memory of a backend.
   Film film(PixelTally* tallies, std::int64_t* clamped, std::int64_t* group_sums) const {
     return {.width = film_width,
             .height = film_height,
@@ -80,43 +80,44 @@ struct PreparedScene {
     return static_cast<std::size_t>(film_width) * static_cast<std::size_t>(film_height);
   }
 
-  /// How many there are to gather.
+  /// The number of pixels to gather.
   std::size_t pixels_to_gather() const {
     return bright_pixels.empty() ? pixels() : bright_pixels.size();
   }
 
-  double shot_power = 0;                ///< [W] of all photons together, each of weight 1
-  glm::dvec3 unshot_power{0};           ///< [W] past all that could receive it: never shot
-  std::vector<std::string> warnings;    ///< of lights and emissions that give nothing
+  double shot_power = 0;                ///< [W] total of all photons, each of weight 1
+  glm::dvec3 unshot_power{0};           ///< [W] that misses all receivers: never traced
+  std::vector<std::string> warnings;    ///< about lights and emissions that give nothing
   std::vector<std::string> dim_lights;  ///< see Frame
   std::vector<int>
       scene_component;  ///< of each component of `medium`, which are sorted by their majorants
 
   MajorantTables tables;
   std::vector<Component<AnyField>> components;
-  std::vector<std::vector<std::int8_t>> noise_tables;   ///< that components have
-  std::vector<std::vector<std::uint8_t>> bound_tables;  ///< the same
-  std::vector<Emission> emissions;                      ///< that they have; never resized
-  std::vector<std::vector<std::uint32_t>> glow_tables;  ///< that emitters have
-  std::vector<std::vector<std::uint32_t>> sky_tables;   ///< that lights have
-  std::vector<std::vector<PhaseKnot>> phase_tables;     ///< that components have
-  std::vector<float> filter_quantiles;                  ///< that the camera has
+  std::vector<std::vector<std::int8_t>> noise_tables;   ///< of components
+  std::vector<std::vector<std::uint8_t>> bound_tables;  ///< of components
+  std::vector<Emission> emissions;                      ///< of components; never resized
+  std::vector<std::vector<std::uint32_t>> glow_tables;  ///< of emitters
+  std::vector<std::vector<std::uint32_t>> sky_tables;   ///< of lights
+  std::vector<std::vector<PhaseKnot>> phase_tables;     ///< of components
+  std::vector<float> filter_quantiles;                  ///< of the camera
 };
 
-/// \param threads for the bounds. \param progress told the share done, by the calling thread.
-/// \param table_points of each noise: see NoiseTable. \throws Stopped
+/// \param threads for the bounds \param progress called by the calling thread with the fraction
+/// done \param table_points of each noise: see NoiseTable \throws Stopped
 PreparedScene prepare(const ResolvedScene& scene, int threads,
                       const std::function<void(double)>& progress = {}, const Stop& stop = {},
                       double table_points = NoiseTable::processor_points);
 
-/// \return PreparedScene::warnings of a scene that is not rendered: what check() cannot know, since
-/// it takes the bounds of the medium. Scenes that cannot have any take no time.
+/// \return PreparedScene::warnings of a scene that is not rendered. check() cannot find these,
+/// because they need the bounds of the medium. Scenes that cannot have any return at once.
 std::vector<std::string> lights_that_give_nothing(const ResolvedScene& scene, int threads = 0);
 
-/// The camera of `scene`, in place of another one. \pre prepared of the same scene but for that
+/// Replaces the camera by that of `scene`. \pre `prepared` is of a scene that differs in nothing
+/// else
 void prepare_view(const ResolvedScene& scene, PreparedScene& prepared);
 
-/// The bounds alone. `components` in the order of the tables; `resolution` as
+/// Builds the bounds alone. `components` are in the order of the tables; for `resolution` see
 /// scene::Medium::majorant_resolution.
 MajorantTables build_majorants(const std::vector<Component<AnyField>>& components, const Box& box,
                                std::array<int, 3> resolution, int threads,

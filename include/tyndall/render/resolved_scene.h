@@ -1,5 +1,5 @@
 /// \file
-/// A scene that has been checked, with what follows from it.
+/// A checked scene, and the values derived from it.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,16 @@
 
 namespace tyndall {
 
-/// A scene that passed check(), and the sizes and densities that follow from it, each computed
-/// once. Copies share the scene, which stays as it is.
+/// A scene that passed check(), and the sizes and densities derived from it, each computed once.
+/// Copies share the scene, which never changes.
 class ResolvedScene {
  public:
-  /// Implicit: a Scene may be passed wherever one of these is expected, and is checked there.
+  /// Implicit: a Scene may be passed wherever a ResolvedScene is expected, and is checked there.
   /// \throws Error(scene_invalid) with every error of the scene, one per line
   ResolvedScene(Scene scene);
-  /// Instead of throwing, reports what is wrong. With errors the result is not to be used.
+  /// Reports problems instead of throwing. If there are errors, the result must not be used.
   ResolvedScene(Scene scene, Problems& problems);
-  /// Without check(): for tests and benchmarks, whose scenes need no light and no camera.
+  /// Skips check(): for tests and benchmarks, whose scenes need no light and no camera.
   static ResolvedScene unchecked(Scene scene);
 
   const Scene& operator*() const { return *scene_; }
@@ -32,13 +32,13 @@ class ResolvedScene {
   std::vector<Problem> warnings;
   std::vector<Densities> densities;  ///< of the components
   IlluminationPlan illumination;
-  int illumination_order = 0;  ///< the scene's, or for -1 the highest where any is needed
-  /// Scene::bounces, and where that is left out 1, or as many as keep a picture within 1 % of the
-  /// truth: 2 or 3 where cells are wider than 0.9 or 1.25 transport mean free paths, up to 16 in
-  /// solids, whose dark sides need them (docs/light.md).
+  int illumination_order = 0;  ///< the scene's; for -1 the highest if any order is needed
+  /// Scene::bounces. If that is not given: 1, or as many as keep a picture within 1 % of the truth:
+  /// 2 or 3 if cells are wider than 0.9 or 1.25 transport mean free paths, up to 16 in solids,
+  /// whose dark sides need them (docs/light.md).
   int bounces = 1;
 
-  /// \return [byte] that a render takes, for film, illumination, bounds and grids. \param lights
+  /// \return [byte] memory of a render for film, illumination, bounds and grids. \param lights
   /// replicates whose light is in memory at once
   std::uint64_t memory(int lights = 1) const;
 

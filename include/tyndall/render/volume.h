@@ -1,5 +1,5 @@
 /// \file
-/// Grids of voxels from files: NanoVDB buffers, checked before a pointer in them is followed.
+/// Voxel grids from files: NanoVDB buffers, checked before a pointer in them is followed.
 #pragma once
 
 #include <cstddef>
@@ -19,13 +19,13 @@
 
 namespace tyndall {
 
-/// What is wrong with a buffer, in words that complete "damaged: ".
+/// Thrown for a damaged buffer. Its message completes "damaged: ".
 class DamagedVolume : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Numbers of values, in bins of a fifth of their size.
+/// A histogram of values, in bins with a width of about a fifth of the value.
 class ValueCounts {
  public:
   void add(float value, std::uint64_t count = 1) { counts_[float_bits(value) >> shift] += count; }
@@ -44,32 +44,32 @@ class ValueCounts {
   }
 
  private:
-  static constexpr std::uint32_t shift = 21;  // sign, exponent and two bits are left
+  static constexpr std::uint32_t shift = 21;  // keeps sign, exponent and two bits
   static constexpr std::size_t bins = std::size_t{1} << (32 - shift);
   std::vector<std::uint64_t> counts_ = std::vector<std::uint64_t>(bins);
 };
 
-/// Values that a volume cannot have, and what they were made. Voxels are active ones; they count
-/// once, however many of their channels are strange.
+/// Invalid values of a volume, and their replacements. Only active voxels are counted, each once,
+/// however many of its channels are invalid.
 struct MendedValues {
   struct Voxels {
     std::uint64_t count = 0;
     glm::ivec3 first{0};  ///< in index space, the first by x, then y, then z
   };
-  Voxels not_numbers;  ///< made 0
-  /// Infinite, or beyond limits::density: made the largest, or the smallest, value of the others.
+  Voxels not_numbers;  ///< NaN: replaced by 0
+  /// Infinite, or beyond limits::density: replaced by the largest or smallest value of the others.
   Voxels above, below;
   float largest = 0, smallest = 0;
-  bool background = false;  ///< was one of them: made 0, as are inactive values
+  bool background = false;  ///< it was invalid: replaced by 0, as are inactive values
 };
 
-/// One grid of floats (as they are, or in NanoVDB's Fp4, Fp8, Fp16, FpN) or of colours (Vec3f).
-/// Every offset leads to a whole, aligned node within the buffer, every value is finite, and the
+/// One grid of floats (plain, or NanoVDB's Fp4, Fp8, Fp16, FpN) or of colours (Vec3f). Invariants:
+/// every offset leads to a complete, aligned node within the buffer, every value is finite, and the
 /// minimum and maximum of every node are those of all its values, active or not.
 class Volume {
  public:
-  /// \param buffer of `size` bytes, 32-byte aligned, which is kept and whose nodes' minima and
-  /// maxima are written; strange values are mended in it. \throws DamagedVolume
+  /// Keeps `buffer`, replaces its invalid values, and writes its nodes' minima and maxima.
+  /// \param buffer of `size` bytes, 32-byte aligned \throws DamagedVolume
   Volume(std::shared_ptr<std::byte> buffer, std::size_t size, int threads = 0);
 
   const std::byte* bytes() const { return buffer_.get(); }
@@ -82,21 +82,21 @@ class Volume {
   bool is_level_set() const;
   std::uint64_t active_voxels() const { return active_voxels_; }
 
-  /// Active voxels and tiles, from the first to the last; low > high where there are none.
+  /// The box of active voxels and tiles, from the first to the last; low > high if there are none.
   glm::ivec3 low() const { return low_; }
   glm::ivec3 high() const { return high_; }
-  /// Index space, voxels at integers, to the grid's own world space.
+  /// Maps index space, with voxels at integers, to the grid's own world space.
   const glm::dmat4& to_world() const { return to_world_; }
-  float background() const { return background_; }  ///< of a colour: its largest channel
+  float background() const { return background_; }  ///< for colours: the largest channel
   float minimum() const { return minimum_; }        ///< of all values, of all channels
   float maximum() const { return maximum_; }
-  /// How many active voxels there are of each kind of value; of a grid of colours: none.
+  /// The histogram of active voxels; empty for a grid of colours.
   const ValueCounts& counts() const { return counts_; }
   const MendedValues& mended() const { return mended_; }
 
-  /// \return the grid as walks read it; field space is index space from low() on.
+  /// \return the grid for walks; the origin of field space is low() in index space.
   SparseGrid view() const;
-  ColorGrid color_view() const;  ///< of a grid of colours
+  ColorGrid color_view() const;  ///< for a grid of colours
 
  private:
   template <class V>
@@ -113,16 +113,17 @@ class Volume {
   MendedValues mended_;
 };
 
-/// \return the grid's own world space to the field space of `field`, see scene::SparseGrid::Fit.
+/// \return the map from the grid's own world space to the field space of `field`, see
+/// scene::SparseGrid::Fit.
 glm::dmat4 fitted(const scene::SparseGrid& field);
 
-/// A box that a grid ends in.
+/// The bounding box of a grid.
 struct ActiveBounds {
   glm::dvec3 low, high;
 };
 
-/// \return the box that holds all that interpolates an active voxel, in the space that `transform`
-/// takes index space to.
+/// \return the box of all points whose interpolation reads an active voxel, in the space to which
+/// `transform` maps index space.
 ActiveBounds active_box(const Volume& volume, const glm::dmat4& transform);
 
 }  // namespace tyndall

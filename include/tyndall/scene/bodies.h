@@ -1,5 +1,6 @@
 /// \file
-/// Shapes: the bodies of solids, and what a noise cloud is wrapped around. Lengths in field units.
+/// Shapes: the bodies of solids, and those that noise clouds are wrapped around. Lengths are in
+/// field units.
 #pragma once
 
 #include <variant>
@@ -30,12 +31,12 @@ struct Plume {
   double height = 1.0;
   double radius_base = 0.1;
   double radius_top = 0.35;
-  glm::dvec2 lean{0.0};  ///< (x, z) the axis moves by between base and top
+  glm::dvec2 lean{0.0};  ///< (x, z) displacement of the axis from base to top
 };
 struct Cuboid {
   glm::dvec3 min{0.25}, max{0.75};
 };
-/// Around an axis along y.
+/// A torus around an axis along y.
 struct Torus {
   glm::dvec3 center{0.5};
   double ring_radius = 0.3;  ///< from the centre to the middle of the tube

@@ -1,5 +1,5 @@
 /// \file
-/// Fields: density [-], 0 to 1 unless a grid says otherwise, over field space.
+/// Fields: density [-] over field space, 0 to 1 except in grids.
 #pragma once
 
 #include <array>
@@ -36,15 +36,16 @@ struct NoiseCloud {
 
 enum class Interpolation { trilinear, nearest };
 
-/// What grids make of their values: density = clamp(scale value + offset, low, high)^gamma.
+/// The map from a grid's values to densities: density = clamp(scale value + offset, low,
+/// high)^gamma.
 struct Remap {
   double scale = 1, offset = 0;
   double low = 0, high = 1e12;
   double gamma = 1;
 };
 
-/// Voxel (i, j, k) covers [i/nx, (i+1)/nx] x ... of the unit cube of field space, its value sits at
-/// its centre, x runs fastest. Outside the unit cube the density is 0.
+/// A dense grid. Voxel (i, j, k) covers [i/nx, (i+1)/nx] x ... of the unit cube of field space. Its
+/// value is at its centre, and x runs fastest. Outside the unit cube the density is 0.
 struct DenseGrid {
   std::array<int, 3> size{1, 1, 1};
   std::vector<float> values;
@@ -52,11 +53,11 @@ struct DenseGrid {
   Remap remap;
 };
 
-/// A grid of a file (tyndall/render/volume.h), outside of whose voxels its background counts. The
-/// values of level sets are distances, which make a solid of density 1; others are remapped.
+/// A grid from a file (tyndall/render/volume.h). Outside its voxels it has its background value.
+/// Values of level sets are distances, which give a solid of density 1; others are remapped.
 struct SparseGrid {
-  /// Field space is the grid's own world space; or that, moved and scaled so that the box of its
-  /// active voxels lies in the middle of the unit cube.
+  /// none: field space is the grid's own world space. unit_cube: it is moved and scaled so that the
+  /// box of the active voxels lies in the middle of the unit cube.
   enum class Fit { none, unit_cube };
   struct Bounds {
     glm::dvec3 low, high;
@@ -66,8 +67,8 @@ struct SparseGrid {
   Interpolation interpolation = Interpolation::trilinear;
   Remap remap;
   Fit fit = Fit::none;
-  /// What `fit` takes for that box, in the grid's own world space: the frames of a sequence are all
-  /// placed as one of them is. None: the volume's own.
+  /// The box that `fit` uses, in the grid's own world space, so that all frames of a sequence are
+  /// placed alike. None: that of the volume's active voxels.
   std::optional<Bounds> fit_box;
 };
 

@@ -1,6 +1,6 @@
 /// \file
-/// Lights. Each belongs to a group, by name; those of no name are one group together. Area lights
-/// emit and are seen, but block nothing.
+/// Lights. Each belongs to a group, by name; those without a name form one group. Area lights emit
+/// and are visible, but occlude nothing.
 #pragma once
 
 #include <memory>
@@ -20,20 +20,19 @@ struct PointLight {
   glm::dvec3 power{1.0};  ///< [W] into all directions
   std::string group{};
 };
-/// Parallel light, seen by no camera; or a sun, a disc in the sky whose light differs in direction
-/// by no more than `angle`.
+/// Parallel light, which no camera sees; or a sun, a disc in the sky of angular diameter `angle`.
 struct DirectionalLight {
-  glm::dvec3 direction{0.0, -1.0, 0.0};  ///< the way it travels, from the middle of the disc
-  glm::dvec3 irradiance{1.0};            ///< [W/area] on a plane across that
+  glm::dvec3 direction{0.0, -1.0, 0.0};  ///< of travel, from the middle of the disc
+  glm::dvec3 irradiance{1.0};            ///< [W/area] on a plane normal to `direction`
   double angle = 0;                      ///< [degree] across the disc; 0: parallel
   std::string group{};
 };
-/// Radiance from everywhere; the camera sees it. How an image lies around the scene is said at
-/// ImageEnvironment (tyndall/transport/lights/environment.h): with +y up its middle is at +z, its
-/// left half at +x.
+/// Radiance from all directions, visible to the camera. ImageEnvironment
+/// (tyndall/transport/lights/environment.h) describes the placement of an image: with +y up its
+/// middle is at +z, its left half at +x.
 struct EnvironmentLight {
   glm::dvec3 radiance{1.0};              ///< [W/(area sr)] without an image
-  double scale = 1;                      ///< times that, or times the image
+  double scale = 1;                      ///< factor of `radiance`, or of the image
   std::shared_ptr<const Image> image{};  ///< in longitude and latitude, the top row at +y
   double rotation = 0;                   ///< [degree] of the image about +y: 90 takes +z to +x
   std::string group{};
@@ -44,19 +43,18 @@ struct SpotLight {
   glm::dvec3 position{0.0};
   glm::dvec3 direction{0.0, -1.0, 0.0};
   double angle = 60;          ///< [degree] of the whole cone
-  double edge = 0.2;          ///< share of the half angle over which it fades
+  double edge = 0.2;          ///< fraction of the half angle over which it fades
   glm::dvec3 intensity{1.0};  ///< [W/sr] along the direction
   std::string group{};
 };
-/// A parallelogram that shines alike from every point into every direction of the side to which
-/// cross(edge_u, edge_v) points.
+/// A parallelogram of constant radiance, on the side to which cross(edge_u, edge_v) points.
 struct RectangleLight {
   glm::dvec3 center{0.0};
   glm::dvec3 edge_u{1.0, 0.0, 0.0}, edge_v{0.0, 0.0, 1.0};  ///< [length] from end to end
   glm::dvec3 radiance{1.0};                                 ///< [W/(area sr)]
   std::string group{};
 };
-/// Shines outwards, alike from every point into every direction.
+/// A sphere of constant outward radiance.
 struct SphereLight {
   glm::dvec3 center{0.0};
   double radius = 0.1;

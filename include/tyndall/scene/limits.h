@@ -1,5 +1,5 @@
 /// \file
-/// Ranges of numbers.
+/// The ranges of a scene's numbers.
 #pragma once
 
 #include <limits>
@@ -7,12 +7,12 @@
 
 namespace tyndall {
 
-/// An interval of numbers, and what a number in it is called.
+/// An interval of numbers, and a name for a number in it.
 struct Range {
   const char* what;
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
-  bool open = false;  ///< neither end belongs to it
+  bool open = false;  ///< it excludes both ends
 
   constexpr bool contains(double x) const {  // false for NaN
     return open ? low < x && x < high : low <= x && x <= high;
@@ -36,7 +36,7 @@ inline constexpr Range g{"a number", -0.999, 0.999};
 inline constexpr Range lobe_weight{"a number", 0, 1};
 inline constexpr Range phase_rows{"a number", 2, 65536};
 inline constexpr Range phase_value{"a number", 0, 1e30};
-inline constexpr Range light{"a number", 0, 1e18};        // of power, irradiance and radiance
+inline constexpr Range light{"a number", 0, 1e18};        // power, irradiance and radiance
 inline constexpr Range spot_angle{"degrees", 0.01, 360};  // of the whole cone
 inline constexpr Range spot_edge{"a number", 0, 1};       // fraction of the half angle
 inline constexpr Range sun_angle{"degrees", 0, 170};      // 0: parallel
@@ -71,11 +71,12 @@ inline constexpr Range seed{"an integer below 2^64", 0};
 inline constexpr Range noise_seed{"an integer", 0, 4294967295.0};
 }  // namespace limits
 
-/// A box is far from the origin where its extent is below this fraction of its distance: there
-/// solids are moved to the box in double precision.
+/// A box is far from the origin if its extent is below this fraction of its distance. Solids are
+/// then moved to the box in double precision.
 inline constexpr double nearest_far = 1e-3;
 
-/// The most steps of ray marching across the medium: single precision resolves no shorter ones.
+/// The most steps of ray marching across the medium: single precision does not resolve shorter
+/// steps.
 inline constexpr double most_steps = 1 << 22;
 
 }  // namespace tyndall

@@ -15,11 +15,11 @@
 
 namespace tyndall::scene {
 
-/// Matter emits as it absorbs: per length, extinction (1 - albedo) times these radiances
-/// [W/(area sr)]. The fields are in the space of the component's own; where that is a grid of a
-/// file, so are theirs, whatever their `fit`.
+/// Emission is proportional to absorption: per length, extinction (1 - albedo) times these
+/// radiances [W/(area sr)]. Its fields are in the space of the component's field. If that is a grid
+/// from a file, its `fit` applies to them, too, whatever their own.
 struct NoEmission {};
-/// Radiance times the field, whose grid may be one of colours.
+/// Radiance times the field. The field may be a grid of colours.
 struct ColorEmission {
   glm::dvec3 radiance{1.0};
   Field field = Solid{};
@@ -35,7 +35,7 @@ using Emission = std::variant<NoEmission, ColorEmission, BlackbodyEmission>;
 struct Component {
   Field field = Solid{};
   double extinction = 1.0;  ///< [1/length] at density 1, grey
-  glm::dvec3 albedo{1.0};   ///< scattered share of the extinction, linear RGB, in [0, 1]
+  glm::dvec3 albedo{1.0};   ///< scattered fraction of the extinction, linear RGB, in [0, 1]
   Phase phase = IsotropicPhase{};
   Emission emission = NoEmission{};
   glm::dmat4 transform{1.0};  ///< field space to world space, affine; glm's column order
@@ -48,11 +48,11 @@ inline constexpr std::array<const char*, 6> face_names{"-x", "+x", "-y", "+y", "
 struct Medium {
   glm::dvec3 box_min{0.0}, box_max{1.0};  ///< [length] nothing exists outside
   std::array<Side, 3> sides{Side::open, Side::open, Side::open};
-  /// Albedos of the faces -x +x -y +y -z +z that are grounds: opaque, seen from inside they reflect
-  /// diffusely, and they absorb the rest.
+  /// Albedos of the faces -x +x -y +y -z +z that are grounds. Grounds are opaque, reflect light
+  /// from inside diffusely, and absorb the rest.
   std::array<std::optional<glm::dvec3>, 6> ground{};
-  /// Super-voxels along x, y, z, to 256 each; 0: as many as pay, a choice that the scene alone
-  /// makes (docs/resolution.md).
+  /// Super-voxels along x, y, z, up to 256 each; 0: chosen for speed, from the scene alone
+  /// (docs/resolution.md).
   std::array<int, 3> majorant_resolution{0, 0, 0};
   std::vector<Component> components;
 };

@@ -13,15 +13,15 @@ struct HenyeyGreensteinPhase {
   double g = 0.0;  ///< mean cosine, in (-1, 1)
 };
 struct RayleighPhase {};
-/// Two lobes of Henyey and Greenstein's together.
+/// The sum of two Henyey-Greenstein lobes.
 struct TwoLobesPhase {
   double g1 = 0.8, g2 = -0.3;  ///< mean cosines, in (-1, 1)
-  double weight = 0.9;         ///< share of the first, in [0, 1]
+  double weight = 0.9;         ///< fraction of the first lobe, in [0, 1]
 };
-/// Linear in the cosine between its rows, in any unit.
+/// A phase function, linear in the cosine between its rows, in any unit.
 struct PhaseTable {
   std::vector<double> cosines;  ///< ascending from -1 to 1
-  std::vector<double> values;   ///< [any] of as many, 0 or above
+  std::vector<double> values;   ///< [any] one per cosine, 0 or above
 };
 struct TabulatedPhase {
   std::shared_ptr<const PhaseTable> table;

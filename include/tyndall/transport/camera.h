@@ -1,13 +1,13 @@
 /// \file
-/// Cameras: from a sample of the picture to the ray that gathers it.
+/// Cameras: from a sample of the image to its ray.
 #pragma once
 
 #include "tyndall/transport/walk.h"
 
 namespace tyndall {
 
-/// The pixels that are rendered, a rectangle of the whole picture's. A sample has the random
-/// numbers of the whole picture's, so that a part of a picture has its bits.
+/// The crop window: the rectangle of the image that is rendered. Samples have the random numbers of
+/// the whole image, so that a crop has the same bits.
 struct CropWindow {
   int whole_width = 1, whole_height = 1;  ///< [pixel]
   int left = 0, top = 0;
@@ -17,7 +17,7 @@ struct CropWindow {
     return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
   }
 
-  /// \return the stream of a sample of a pixel of the window: the same of the whole picture.
+  /// \return the random stream of a sample of a pixel of the window: that of the whole image.
   TYN_HD std::uint64_t stream(std::uint64_t pixel, std::uint64_t sample) const {
     const std::uint64_t columns = static_cast<std::uint64_t>(width);
     const std::uint64_t row = pixel / columns + static_cast<std::uint64_t>(top);
@@ -26,7 +26,7 @@ struct CropWindow {
     return rows * static_cast<std::uint64_t>(whole_width) + column;
   }
 
-  // Of the whole picture:
+  // The pixel of a stream, in the whole image:
   TYN_HD int column(std::uint64_t stream) const {
     return static_cast<int>(stream % static_cast<std::uint64_t>(whole_width));
   }
@@ -35,17 +35,17 @@ struct CropWindow {
                             % static_cast<std::uint64_t>(whole_height));
   }
 
-  /// \return the pixel of the window that a stream belongs to.
+  /// \return the pixel of the window for a stream.
   TYN_HD std::uint64_t pixel(std::uint64_t stream) const {
     return static_cast<std::uint64_t>(row(stream) - top) * static_cast<std::uint64_t>(width)
            + static_cast<std::uint64_t>(column(stream) - left);
   }
 };
 
-/// Where the samples of a pixel lie: distributed as its filter, each of weight 1 and of this pixel
-/// alone. The same across and down.
+/// Filter importance sampling: a pixel's samples are distributed as its filter. Each has weight 1
+/// and belongs to this pixel alone. The distribution is the same across and down.
 struct PixelFilter {
-  const float* quantiles = nullptr;  ///< [intervals + 1] from the pixel's edge on [pixel], evenly
+  const float* quantiles = nullptr;  ///< [intervals + 1] from the pixel's edge [pixel], equally
                                      ///< spaced in probability
   int intervals = 0;
 
@@ -56,9 +56,9 @@ struct PixelFilter {
   }
 };
 
-/// Where the rays of a distant camera begin: next to the medium, since floats have no digits for it
-/// at the camera. On a plane across the view, or on a sphere about a spherical camera; all of the
-/// medium lies beyond. Places on it are counted from one pixel, so that they keep their digits,
+/// The surface where the rays of a distant camera begin, next to the medium, since floats lose its
+/// digits at the camera. It is a plane across the view, or a sphere about a spherical camera, and
+/// all of the medium lies beyond. Positions on it are relative to one pixel, to keep their digits,
 /// too.
 struct FarView {
   float distance = 0;    ///< from the camera, along the view; spherical: its radius [length]
@@ -67,10 +67,10 @@ struct FarView {
   float x = 0, y = 0;     ///< in [0, 1)
   Vec3f across{0, 0, 0};  ///< from one pixel to the next; not for spherical cameras [length]
   Vec3f down{0, 0, 0};
-  float blur = 0;  ///< how much of an offset on the lens is left there
+  float blur = 0;  ///< fraction of an offset on the lens that is left there
 };
 
-/// Points (u, v) of the picture run from 0 to 1, from the top left.
+/// A camera. Points (u, v) of the image run from 0 to 1, from the top left.
 struct Camera {
   enum class Kind {
     perspective,   ///< along forward + (2u - 1) right + (1 - 2v) up
@@ -82,17 +82,17 @@ struct Camera {
   Vec3f position{0, 0, 0};
   Vec3f forward{0, 0, 1};   ///< unit length; `right` and `up` are perpendicular to it
   Vec3f right{1, 0, 0};     ///< perspective: times the tangent of half the angle of view;
-  Vec3f up{0, 1, 0};        ///< orthographic: half the picture [length]
+  Vec3f up{0, 1, 0};        ///< orthographic: half the image [length]
   Vec3f lens_x{0, 0, 0};    ///< perspective: radius of the lens along `right` [length]
   Vec3f lens_y{0, 0, 0};    ///< and along `up`
-  float inverse_focus = 0;  ///< [1/length] over the distance of the plane in focus; 0: a
+  float inverse_focus = 0;  ///< [1/length] 1 over the distance of the plane in focus; 0: a
                             ///< pinhole, all is in focus
   PixelFilter filter;
   CropWindow window;
   bool is_far = false;  ///< rays begin at `far_view`
   FarView far_view;
 
-  /// The ray of the pixel sample that `random` belongs to. \param first its block (0, emission)
+  /// The ray of the pixel sample with stream `random`. \param first its block (0, emission)
   TYN_HD Ray sample(const RandomStream& random, RandomBlock first) const {
     const Place place{window.column(random.index), window.row(random.index),
                       filter.place(uniform(first.a)), filter.place(uniform(first.b))};
@@ -104,20 +104,20 @@ struct Camera {
     return through;
   }
 
-  /// Through the middle of a pixel of the window.
+  /// The ray through the middle of a pixel of the window.
   TYN_HD Ray middle(std::uint64_t pixel) const {
     const std::uint64_t stream = window.stream(pixel, 0);
     return ray(Place{window.column(stream), window.row(stream), 0.5f, 0.5f});
   }
 
-  /// \return how far from the camera (or its lens) a ray of it begins [length]
+  /// \return the distance from the camera (or its lens) to the origin of its rays [length]
   TYN_HD float before(Vec3f direction) const {
     if (!is_far) return 0.0f;
     return kind == Kind::spherical ? far_view.distance
                                    : divide(far_view.distance, dot(direction, forward));
   }
 
-  /// Through the middle of the lens, if there is one.
+  /// The ray at (u, v), through the middle of the lens, if there is one.
   TYN_HD Ray ray(float u, float v) const {
     const float x = 2.0f * u - 1.0f, y = 1.0f - 2.0f * v;
     switch (kind) {
@@ -134,8 +134,8 @@ struct Camera {
     return {position, normalize(forward + x * right + y * up)};
   }
 
-  /// Through a point of a thin lens, even for even (a, b) in (0, 1): where the ray through its
-  /// middle meets the plane in focus, this one does.
+  /// The ray through a point of a thin lens, uniform for uniform (a, b) in (0, 1). It hits the
+  /// plane in focus at the same point as the ray through the middle of the lens.
   TYN_HD Ray ray_through_lens(float u, float v, float a, float b) const {
     return ray_through_lens(u, v, on_lens(a, b));
   }
@@ -151,7 +151,7 @@ struct Camera {
   }
 
  private:
-  /// A pixel of the whole picture, and a point from its top left on [pixel].
+  /// A pixel of the whole image, and a point relative to its top left [pixel].
   struct Place {
     int column, row;
     float x, y;
@@ -175,12 +175,12 @@ struct Camera {
     return radius * turn.cos * lens_x + radius * turn.sin * lens_y;
   }
 
-  /// Where the ray through the middle of the lens meets the plane or sphere of `far_view`.
+  /// The point where the ray through the middle of the lens hits the plane or sphere of `far_view`.
   TYN_HD Vec3f far_origin(const Place& p) const {
     const float x = static_cast<float>(p.column - far_view.column) + (p.x - far_view.x);
     const float y = static_cast<float>(p.row - far_view.row) + (p.y - far_view.y);
     if (kind != Kind::spherical) return far_view.point + x * far_view.across + y * far_view.down;
-    // Differences of sines and cosines as products: of small angles they keep their digits.
+    // Differences of sines and cosines as products keep their digits for small angles.
     const Place from{far_view.column, far_view.row, far_view.x, far_view.y};
     const float u0 = u(from), du = 0.5f * x / static_cast<float>(window.whole_width),
                 v0 = 0.5f * v(from), dv = 0.25f * y / static_cast<float>(window.whole_height);

@@ -1,25 +1,25 @@
 /// \file
-/// How deep one sees into the medium.
+/// The depth of the medium: the distance to transmittance one half.
 #pragma once
 
 #include "tyndall/transport/camera.h"
 
 namespace tyndall {
 
-/// Where nothing is deep enough.
+/// The depth where the transmittance stays above one half.
 inline constexpr float no_depth = 1e10f;
 
-/// The distance at which the transmittance along the ray through the middle of a pixel (and of the
-/// lens) has fallen to one half, by steps: nothing random is in it.
+/// Computes the distance at which the transmittance along the ray through the middle of a pixel
+/// (and of the lens) has fallen to one half, by ray marching. The result is not random.
 template <class Medium>
 struct DepthPass {
   Medium medium;
   Camera camera;
   float* depth;  ///< [pixels] from the camera, along the ray [length]
 
-  /// Optical depth of a step through matter as dense as the majorant. [-]
+  /// Optical depth of a step where the extinction equals the majorant [-].
   static constexpr float longest_step = 0.25f;
-  /// Per super-voxel: beside opaque bodies.
+  /// Per super-voxel: a limit beside opaque bodies.
   static constexpr float most_steps = 64.0f;
 
   TYN_HD void operator()(std::uint64_t pixel) const { depth[pixel] = measure(pixel); }
@@ -35,7 +35,7 @@ struct DepthPass {
     const MajorantGrid& grid = medium.super_voxels;
     SuperVoxelWalk walk(grid, ray);
     TreeNodes nodes;
-    float tau = 0.693147181f;  // ln 2, and what is left of it
+    float tau = 0.693147181f;  // remaining optical depth of ln 2
     for (int crossings = 0; crossings < most_crossings; ++crossings) {
       const float length = walk.length_to_exit();
       const float steps =

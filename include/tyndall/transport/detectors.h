@@ -1,7 +1,7 @@
 /// \file
-/// What researchers want to know of the photons beside the ledger: where light leaves and is
-/// absorbed, how far it came, how often it was scattered, at which angle it leaves. Each detector
-/// sorts the integers that the ledger counts, so that its bins add up to the ledger, bit for bit.
+/// Detectors: histograms of the photons, beside the ledger. They record where light leaves and is
+/// absorbed, its path length, its number of scatterings, and its exit angle. Each detector sorts
+/// the integers that the ledger counts, so that its bins add up to the ledger, bit for bit.
 #pragma once
 
 #include <cstddef>
@@ -12,27 +12,27 @@
 
 namespace tyndall {
 
-/// How a photon came to where it is.
+/// The history of a photon.
 struct Track {
-  float length = 0;  ///< [length] since it met the medium
+  float length = 0;  ///< [length] since it entered the medium
   std::int32_t scatterings = 0;
 };
 
 /// RGB sums in units of 2^-24 of a photon, one detector after the other: flux, path length,
-/// scatterings, exit angle, absorbed. The last bins take what is beyond them. Sizes of 0: not
-/// asked for.
+/// scatterings, exit angle, absorbed. The last bins include all larger values. A size of 0 means
+/// that the detector is off.
 struct Detectors {
-  int flux_u = 0, flux_v = 0;  ///< [faces][v][u] through a face, whose axes are point_on_face()'s
+  int flux_u = 0, flux_v = 0;  ///< [faces][v][u] through a face, axes as in point_on_face()
   int lengths = 0;             ///< by path length
   int scatterings = 0;         ///< by scatterings, from 0
   int angles = 0;              ///< by the cosine to the outward normal of the face
   int nx = 0, ny = 0, nz = 0;  ///< [z][y][x] absorbed in a voxel
-  float inverse_length = 0;    ///< [1/length] over a bin of path lengths
+  float inverse_length = 0;    ///< [1/length] 1 over the width of a bin of path lengths
   Vec3f inverse_extent{1, 1, 1};
   Vec3f inverse_voxel_size{1, 1, 1};  ///< [1/length]
-  std::int64_t* sums = nullptr;       ///< [count()][3], or null: nothing is detected
+  std::int64_t* sums = nullptr;       ///< [count()][3], or null: all detectors are off
 
-  // Where each detector begins, in bins.
+  // The first bin of each detector.
   TYN_HD std::size_t length_begin() const { return 6 * product(flux_u, flux_v, 1); }
   TYN_HD std::size_t scattering_begin() const {
     return length_begin() + static_cast<std::size_t>(lengths);
@@ -45,9 +45,9 @@ struct Detectors {
   }
   TYN_HD std::size_t count() const { return absorbed_begin() + product(nx, ny, nz); }
 
-  // What to tell them, where there are sums.
+  // Events to record. They expect sums.
 
-  /// Light that leaves at `p` through `face`, or that the ground there takes.
+  /// Light that leaves at `p` through `face`, or that the ground there absorbs.
   TYN_HD void escape(int face, Vec3f p, Vec3f direction, Track track,
                      const std::int64_t (&units)[3]) const {
     const int axis = face / 2;
@@ -72,7 +72,7 @@ struct Detectors {
     }
   }
 
-  /// Light that ends in matter at `p`.
+  /// Light that the medium absorbs at `p`.
   TYN_HD void absorb(Vec3f p, const std::int64_t (&units)[3]) const {
     if (nx == 0) return;
     const Cells voxels{nx, ny, nz};

@@ -1,5 +1,5 @@
 /// \file
-/// The pixels' sums, in integers.
+/// The film: sums of the pixels, in integers.
 #pragma once
 
 #include <cstddef>
@@ -10,16 +10,16 @@
 
 namespace tyndall {
 
-/// Where the light of a picture comes from. What is seen of lights and of the background without
-/// scattering is no part of these. A reflection by a ground counts as a scattering.
+/// The parts of a picture's light. The tallies do not keep `unscattered` separately. A reflection
+/// by a ground counts as a scattering.
 enum class Part {
-  unscattered,  ///< of lights and of the background
-  emission,     ///< of matter that shines, as it is
-  single,       ///< of lights, scattered once
+  unscattered,  ///< from lights and the background
+  emission,     ///< of the medium, unscattered
+  single,       ///< from lights, scattered once
   multiple,     ///< all else
 };
 
-/// Samples of each pixel.
+/// A range of samples, the same for each pixel.
 struct SampleRange {
   std::uint64_t begin = 0, count = 1;
 };
@@ -27,24 +27,24 @@ struct SampleRange {
 /// Sums over the samples of one pixel, in units of 2^-24 of the film's `unit`.
 struct PixelTally {
   std::int64_t sum[3] = {};       ///< of all light
-  std::int64_t emission[3] = {};  ///< of its parts
+  std::int64_t emission[3] = {};  ///< one sum for each part, see Part
   std::int64_t single[3] = {};
   std::int64_t multiple[3] = {};
-  std::int64_t albedo[3] = {};  ///< of what was met first, in units of 2^-24
-  std::int64_t hits = 0;        ///< samples that met matter
+  std::int64_t albedo[3] = {};  ///< at the first hits, in units of 2^-24
+  std::int64_t hits = 0;        ///< samples that hit medium or ground
 };
 
-/// What a sample has added to its pixel so far, in units of the film.
+/// The light that a sample has added to its pixel so far, in units of the film.
 struct SampleSum {
   std::int64_t rgb[3] = {};
-  bool cut = false;  ///< it was brighter than the film's range
+  bool cut = false;  ///< it exceeded the film's range, and was clamped
 };
 
 struct Film {
   int width = 1, height = 1;
   float unit = 1;  ///< [W/(area sr)] a power of two taken from the lights
   PixelTally* pixels = nullptr;
-  std::int64_t* clamped = nullptr;  ///< samples beyond the range
+  std::int64_t* clamped = nullptr;  ///< number of samples beyond the range
   std::int64_t* groups = nullptr;   ///< [pixels][group_count][3] light of each group, or null
   int group_count = 0;
 
@@ -55,7 +55,7 @@ struct Film {
     return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
   }
 
-  /// Adds light to a sample and at once to its parts, which therefore add up to it, bit for bit.
+  /// Adds light to a sample and to its part and group, so that these add up to it, bit for bit.
   TYN_HD void add(std::uint64_t pixel, Vec3f radiance, Part part, int group,
                   SampleSum& sample) const {
     const float inverse = 1.0f / unit;
@@ -86,7 +86,7 @@ struct Film {
     }
   }
 
-  /// The end of a sample. \param albedo of the matter that it met first, if it `hit` any
+  /// Ends a sample. \param albedo at its first hit, if it `hit` medium or ground
   TYN_HD void finish(std::uint64_t pixel, const SampleSum& sample, bool hit, Vec3f albedo) const {
     PixelTally& tally = pixels[pixel];
     for (int c = 0; c < 3; ++c)

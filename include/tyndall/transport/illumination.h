@@ -1,10 +1,10 @@
 /// \file
-/// The illumination grid: what the photons leave in the medium and the pictures are gathered from.
+/// The illumination grid: photons deposit light in it, and the gather reads it.
 ///
-/// Per cell, apart: N, the sum over real collisions of weight times Y_lm(direction), and D, the
-/// integral of the scattering components' extinction. The fluence rate averaged over the matter is
-/// N / D; a gather interpolates numerator and denominator apart, so that empty neighbours cancel:
-/// no dark rim, and no value of sigma_t is needed.
+/// Each cell has N, the sum over real collisions of weight times Y_lm(direction), and D, the
+/// integral of the scattering components' extinction. The fluence rate averaged over the medium is
+/// N / D. The gather interpolates N and D separately, so that empty neighbours cancel: there is no
+/// dark rim, and no value of sigma_t is needed.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,7 @@
 
 namespace tyndall {
 
-/// Highest order of the spherical harmonics, and their number up to an order.
+/// The highest order of the spherical harmonics, and the number of harmonics up to an order.
 inline constexpr int highest_order = 2;
 TYN_HD constexpr int harmonics(int order) { return (order + 1) * (order + 1); }
 
@@ -48,8 +48,8 @@ TYN_HD float harmonic(int index, Vec3f d) {
 
 TYN_HD constexpr int order_of_harmonic(int index) { return index == 0 ? 0 : (index < 4 ? 1 : 2); }
 
-/// Bricks of 4^3 cells that are stored, where most of the box is empty: those with matter in them.
-/// Brick 0 is no place: it stands for all that are not stored, and has neither light nor matter.
+/// The stored bricks of 4^3 cells, for a box that is mostly empty: those that contain medium. Brick
+/// 0 has no place: it stands for all bricks that are not stored, and has neither light nor medium.
 struct CellBricks {
   static constexpr int edge = 4;
   static constexpr std::size_t cells = edge * edge * edge;
@@ -91,20 +91,20 @@ struct CellBricks {
   }
 };
 
-/// Cells of the illumination grid over the box: all of them, or those of some bricks.
+/// The cells of the illumination grid over the box: all, or those of some bricks.
 struct IlluminationCells : Cells {
   int order = 0;
   Box box;
   Vec3f inverse_cell_size{1, 1, 1};  ///< [1/length]
-  int channels = 3;                  ///< RGB, or 1 where all light is grey
-  int groups = 1;                    ///< of lights, kept apart
+  int channels = 3;                  ///< RGB, or 1 if all light is grey
+  int groups = 1;                    ///< of lights, stored separately
   CellBricks bricks{};
 
-  /// Those that are stored.
+  /// The number of stored cells.
   TYN_HD std::size_t count() const {
     return bricks.table ? bricks.count * CellBricks::cells : Cells::count();
   }
-  /// The first of those that may have light and matter.
+  /// The first stored cell that may have light and medium.
   TYN_HD std::size_t first() const { return bricks.table ? CellBricks::cells : 0; }
   /// Numbers per cell: [groups][harmonics][channels].
   TYN_HD int moments() const { return groups * group_moments(); }
@@ -144,7 +144,7 @@ struct IlluminationTally {
   }
 
   TYN_HD void score(std::size_t cell, Vec3f direction, Vec3f weight, int group = 0) const {
-    if (cell < cells.first()) return;  // never: bricks hold all matter
+    if (cell < cells.first()) return;  // never: bricks hold all medium
     std::int64_t* sum =
         sums + cell * static_cast<std::size_t>(cells.moments()) + group * cells.group_moments();
     for (int i = 0; i < harmonics(cells.order); ++i) {
@@ -157,22 +157,22 @@ struct IlluminationTally {
   }
 };
 
-/// \return a sum of the tally in absolute units, of photons of `photon_power` [W].
+/// \return a sum of the tally in absolute units, for photons of `photon_power` [W].
 TYN_HD float light_of(std::int64_t sum, double photon_power) {
   return static_cast<float>(static_cast<double>(sum) * (photon_power / double{weight_units}));
 }
 
-/// The grid as the gather reads it.
+/// The illumination grid, as the gather reads it.
 struct IlluminationField {
   IlluminationCells cells;
   const float* numerator = nullptr;    ///< [cells][groups][harmonics][channels] [W length]: N
   const float* denominator = nullptr;  ///< [cells] [length^2]: D
 
-  /// Where the light at a point is read from: 8 cells, and their shares in it.
+  /// The 8 cells from which the light at a point is interpolated, and their weights.
   struct Spot {
     std::size_t cell[8];
     float weight[8];
-    float matter;  ///< 0: there is no light to be read
+    float matter;  ///< interpolated D; 0: there is no light to read
   };
 
   TYN_HD Spot spot(Vec3f p) const {
@@ -191,9 +191,9 @@ struct IlluminationField {
     return spot;
   }
 
-  /// Light of a group scattered towards `towards` by matter of `phase` at `spot`, per unit albedo:
-  /// the integral of phase function times radiance over the directions it comes from
-  /// [W/(area sr)], of the harmonics that the grid holds.
+  /// Light of a group that a medium of `phase` at `spot` scatters towards `towards`, per unit
+  /// albedo: the integral of phase function times incident radiance [W/(area sr)], of the harmonics
+  /// that the grid holds.
   TYN_HD Vec3f scattered_at(const Spot& spot, Vec3f towards, const Phase& phase, int group) const {
     return sum_of_harmonics(spot, towards, phase.moment(0), phase.moment(1), phase.moment(2),
                             group);
@@ -210,8 +210,8 @@ struct IlluminationField {
   }
 
  private:
-  /// A truncated series, and the noise of one with few photons, may dip below 0. So it stays: cut
-  /// off, the mean would be too bright where it is dark. \param c0, c1, c2 factors of each order
+  /// A truncated series, and the noise of one with few photons, may be negative. It is not clamped,
+  /// because that would brighten the mean in dark places. \param c0, c1, c2 factors of each order
   TYN_HD Vec3f sum_of_harmonics(const Spot& spot, Vec3f direction, float c0, float c1, float c2,
                                 int group) const {
     if (!(spot.matter > 0.0f)) return {0, 0, 0};
@@ -234,7 +234,7 @@ struct IlluminationField {
 
   struct Corner {
     int low, high;
-    float weight;  // of the high one
+    float weight;  // of `high`
   };
   TYN_HD static Corner corner(float x, int n, bool periodic) {
     const float q = clamp(x - 0.5f, -0.5f, static_cast<float>(n) - 0.5f);

@@ -1,41 +1,42 @@
 /// \file
-/// Lanes that go in lockstep, such as the 32 of a warp: a loop over flights would wait for the
-/// longest of them, and a loop over octaves for the hardest decision. So each lane is a machine of
-/// its own whose work comes in small pieces, and takes a new path when its own has ended. The
-/// pieces are those of the plain loops, follow() and track(), in the same order for each path, so
-/// the results are the same, bit for bit.
+/// Lanes that run in lockstep, like the 32 of a warp. A loop over flights would wait for the
+/// longest flight, and a loop over octaves for the hardest decision. So each lane is a state
+/// machine with small pieces of work, and takes a new path when its path has ended. The pieces are
+/// those of the plain loops, follow() and track(), in the same order for each path, so the results
+/// are equal, bit for bit.
 #pragma once
 
 #include "tyndall/transport/passes.h"
 
 namespace tyndall {
 
-/// What a lane has to do next.
+/// The next piece of work of a lane.
 enum class Stage { idle, walk, draw, add_octave, collide, leave };
 inline constexpr int stage_count = 6;
 
-/// Whether a pass has paths, flight by flight.
+/// Whether a pass has paths, which run flight by flight.
 template <class Pass>
 inline constexpr bool has_lanes = requires {
   typename Pass::State;
 };
 
-/// Whether these are through a grid of majorants.
+/// Whether the paths of a pass use a majorant grid.
 template <class Pass>
 inline constexpr bool has_majorants = requires(const Pass& pass) {
   pass.sampler.grid(pass.medium);
 };
 
-/// A path that waits for a lane. Paths begin in a kernel of their own, many at once: that takes a
-/// lot of code, which runs once per path and would cost the lanes registers and instruction cache.
+/// A path that waits for a lane. Paths begin in a separate kernel, many at once. Starting a path is
+/// a lot of code that runs once per path; in the lanes it would cost registers and instruction
+/// cache.
 template <class Pass>
 struct Begun {
-  std::uint64_t stream;  ///< whose random numbers it has
+  std::uint64_t stream;  ///< of its random numbers
   Path path;
   typename Pass::State state;
 };
 
-/// \return whether path `index` of a pass has a flight; where it has none, its end is recorded.
+/// Begins path `index` of a pass. \return whether it has a flight; if not, its end is recorded.
 template <class Pass>
 TYN_HD bool begin(const Pass& pass, std::uint64_t index, Begun<Pass>& begun) {
   begun.stream = pass.stream(index);
@@ -45,18 +46,18 @@ TYN_HD bool begin(const Pass& pass, std::uint64_t index, Begun<Pass>& begun) {
   return false;
 }
 
-/// One path at a time, of such a pass.
+/// A lane of a pass with a majorant grid. It runs one path at a time.
 template <class Pass>
 class Lane {
  public:
-  /// What is kept of a lane between launches. All zero: it is idle.
+  /// The state of a lane between launches. All zero: idle.
   struct Saved {
     Stage stage;
-    std::uint64_t stream;  ///< whose random numbers the path has
+    std::uint64_t stream;  ///< of the path's random numbers
     Path path;
     typename Pass::State state;
     Tracker::Saved tracker;
-    // The tentative collision that is being decided:
+    // The tentative collision under decision:
     int component;
     float v;
     Squeeze squeeze;
@@ -71,7 +72,7 @@ class Lane {
   TYN_HD Saved save() const {
     Saved saved = now_;
     saved.tracker = tracker_.save();
-    // Nothing reads these again: they need no registers between the pieces of work.
+    // Nothing reads these again, so they need no registers between the pieces of work.
     saved.path.ray = {};
     saved.path.drawn.a = saved.path.drawn.b = 0;
     return saved;
@@ -79,7 +80,7 @@ class Lane {
 
   TYN_HD Stage stage() const { return now_.stage; }
 
-  // The pieces of work. Expect the lane to be at their stage.
+  // The pieces of work. Each expects the lane to be at its stage.
 
   TYN_HD void take(const Begun<Pass>& begun) {
     now_.stream = begun.stream;
@@ -140,7 +141,7 @@ class Lane {
     go_on(pass_.leave(now_.state, flight, random(), now_.path));
   }
 
-  /// Counts what the lane did since the last time.
+  /// Adds the lane's counts since the last call to its account.
   TYN_HD void write_down() {
     deposit_audit(pass_.accounts.own().audit,
                   {count_.flights, count_.cells, count_.tentative, count_.real, lookups_.lookups,
@@ -150,7 +151,7 @@ class Lane {
   }
 
  private:
-  /// Of an Audit, in half as many registers: enough for one launch.
+  /// Counts of an Audit in half as many registers: enough for one launch.
   struct Counts {
     std::uint32_t flights = 0, cells = 0, tentative = 0, real = 0;
   };
@@ -161,7 +162,7 @@ class Lane {
     tracker_.start(now_.path.ray);
   }
 
-  /// After a flight.
+  /// Ends a flight. \param goes_on whether the path has another one
   TYN_HD void go_on(bool goes_on) {
     if (goes_on) return set_out();
     now_.stage = Stage::idle;
@@ -173,7 +174,7 @@ class Lane {
     return tracker_.land(now_.path);
   }
 
-  // An audited decision takes all octaves.
+  // An audited decision sums all octaves.
   template <Squeezable Field>
   TYN_HD void decide(const Field& field, float extinction) {
     const Squeeze& s = now_.squeeze;
@@ -205,7 +206,7 @@ class Lane {
   Lookups lookups_;
 };
 
-/// A lane whose flights go in fixed steps, some of which are a piece of work.
+/// A lane of ray marching. A piece of work is a fixed number of steps.
 template <class Pass>
 requires(!has_majorants<Pass>) class Lane<Pass> {
  public:
@@ -246,7 +247,7 @@ requires(!has_majorants<Pass>) class Lane<Pass> {
     }
   }
 
-  // No lane is at these stages.
+  // No lane reaches these stages.
   TYN_HD void draw() {}
   TYN_HD void add_octave() {}
   TYN_HD void collide() {}
@@ -281,15 +282,15 @@ requires(!has_majorants<Pass>) class Lane<Pass> {
   Audit audit_;
 };
 
-// Each choice costs 65 instructions of voting; more steps at once leave more lanes waiting for the
-// last. Measured (docs/gpu.md).
+// Each choice of a stage costs 65 instructions of voting. More steps per turn leave more lanes
+// waiting for the last one. Measured (docs/gpu.md).
 inline constexpr int steps_per_turn = 3, octaves_per_turn = 4;
 
-/// \param idle lanes for which there are paths. \param count (stage) -> unsigned, the lanes at one
-/// of the other stages. \return where most are, or the earlier one of two.
+/// \param idle number of idle lanes for which there are paths \param count (stage) -> unsigned, the
+/// lanes at another stage \return the stage with the most lanes; the earliest if several have.
 template <class Count>
 TYN_HD Stage fullest_stage(unsigned idle, Count&& count) {
-  // The number above the stage, so that a maximum of both is all it takes.
+  // The number in the high bits, the stage in the low ones: one maximum compares both.
   unsigned fullest = idle * 8u + static_cast<unsigned>(stage_count);
   for (int i = 1; i < stage_count; ++i) {
     const unsigned lanes = count(static_cast<Stage>(i));
@@ -299,10 +300,10 @@ TYN_HD Stage fullest_stage(unsigned idle, Count&& count) {
   return static_cast<Stage>(stage_count - static_cast<int>(fullest & 7u));
 }
 
-/// One turn of lanes that go in lockstep: the piece of work that most of them wait for, so that as
-/// many as can be do something. `lanes` has
-///   Stage fullest()                  at which most lanes are
-///   void take()                      gives the idle ones new paths, as long as there are any
+/// One turn of lanes in lockstep: the piece of work that most of them wait for, so that as many as
+/// possible are active. `lanes` has
+///   Stage fullest()                  the stage with the most lanes
+///   void take()                      gives idle lanes new paths, as long as there are any
 ///   void where(Stage, Work&& work)   calls work(lane) for the lanes at a stage
 template <class Lanes>
 TYN_HD_INLINED void take_turn(Lanes& lanes) {

@@ -1,6 +1,6 @@
 /// \file
-/// Where every photon and all its power went. Each fate is counted on its own where it happens;
-/// nothing is derived from anything else, so the balance is a check.
+/// The ledger: the fate of every photon and of all its power. Each fate is counted where it
+/// happens. No count is derived from another, so the balance is a check.
 #pragma once
 
 #include <cstdint>
@@ -16,33 +16,33 @@ struct Ledger {
   using Count = std::int64_t;
 
   Count shot = 0;
-  Count missed = 0;                     ///< never met the box
-  Count escaped[6] = {};                ///< through the faces -x +x -y +y -z +z, or taken there by
-                                        ///< a ground
+  Count missed = 0;                     ///< never hit the box
+  Count escaped[6] = {};                ///< through the faces -x +x -y +y -z +z, or absorbed there
+                                        ///< by a ground
   Count absorbed[max_components] = {};  ///< by a component whose albedo is 0
   Count rouletted = 0;
-  Count stalled = 0;  ///< gave up in an endless flight (most_crossings, most_virtual): bias
+  Count stalled = 0;  ///< ended in an endless flight (most_crossings, most_virtual): bias
 
   Count shot_power[3] = {};
   Count missed_power[3] = {};
   Count escaped_power[6][3] = {};
   Count absorbed_power[max_components][3] = {};
-  Count roulette_power[3] = {};  ///< taken minus given, 0 on average
+  Count roulette_power[3] = {};  ///< lost minus gained, 0 on average
   Count stalled_power[3] = {};
 };
 
-/// Counts of the walks, which no machine noise touches.
+/// Counts of the work in walks. Unlike times, they have no noise.
 struct Audit {
   using Count = std::int64_t;
 
   Count flights = 0;
   Count cells = 0;       ///< super-voxels entered
-  Count tentative = 0;   ///< collisions with matter or virtual particles
-  Count real = 0;        ///< collisions with matter
-  Count lookups = 0;     ///< densities asked for
+  Count tentative = 0;   ///< collisions, real or null
+  Count real = 0;        ///< collisions with the medium
+  Count lookups = 0;     ///< of densities
   Count octaves = 0;     ///< octaves of noise summed
   Count violations = 0;  ///< look-ups outside the bounds of their super-voxel: must be 0
-  Count lit = 0;         ///< photons that met matter or a ground; of other paths none
+  Count lit = 0;         ///< photons that hit medium or ground; 0 for camera paths
 };
 
 /// The account of one worker (or of a whole device).
@@ -51,14 +51,15 @@ struct Account {
   Audit audit;
 };
 
-/// Accounts that add up to one: those who share one wait for each other. A power of two of them.
+/// Accounts that add up to one. Workers that share an account wait for each other. The count is a
+/// power of two.
 struct Accounts {
   Account* first;
   unsigned count = 1;
   TYN_HD Account& own() const { return first[worker() & (count - 1u)]; }
 };
 
-/// Nothing but counts: an account is also an array of them.
+/// An account holds nothing but counts, so it is also an array of this many.
 inline constexpr int account_words = sizeof(Account) / sizeof(std::int64_t);
 
 /// Adds atomically, count by count.

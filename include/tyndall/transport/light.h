@@ -1,5 +1,5 @@
 /// \file
-/// All lights of a scene: as emitters of photons, and as direct lights, which next-event estimation
+/// The lights of a scene: as emitters of photons, and as direct lights, which next-event estimation
 /// samples and rays hit.
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace tyndall {
 
-/// The kinds of lights. The delta lights come first: whether a light is one takes a comparison.
+/// The kinds of lights. The delta lights come first, so that one comparison tells them apart.
 using AnyLight =
     OneOf<lights::Point, lights::Spot, lights::Parallel, lights::Sun, lights::ConstantEnvironment,
           lights::ImageEnvironment, lights::Rectangle, lights::Sphere>;
@@ -27,18 +27,18 @@ void relocate(AnyLight& any, Copy&& copy) {
 
 // ---- Photons
 
-/// A light, or a part of one, with a power of its own. Emitters are sampled in proportion to their
-/// power, so that each photon carries the same power times a colour whose largest channel is 1 at
-/// most.
+/// A light, or a part of one, with its own power. Emitters are sampled in proportion to their
+/// power, so that each photon carries the same power times a colour with a largest channel of at
+/// most 1.
 struct Emitter {
   AnyLight light;
-  lights::Medium medium{};      ///< in place of `light`, where it has a component
-  std::uint32_t last_word = 0;  ///< sampled by words up to this one, above the previous one's
+  lights::Medium medium{};      ///< replaces `light` if it has a component
+  std::uint32_t last_word = 0;  ///< sampled by words up to this, above the previous emitter's
   Vec3f weight{1, 1, 1};        ///< colour of its photons, largest channel 1
-  bool is_apart = false;        ///< its photons leave no light where they collide first: next-event
-                                ///< estimation adds that to the gather
+  bool is_apart = false;        ///< its photons deposit nothing at their first collision: the
+                                ///< gather adds that light by next-event estimation
   int group = -1;               ///< of PreparedScene::light_groups; -1: of a medium
-  int clump = -1;  ///< a distant light's photons start on the faces of this; -1: of the box
+  int clump = -1;  ///< photons of a distant light start on the faces of this; -1: of the box
 
   TYN_HD bool is_medium() const { return medium.component >= 0; }
 
@@ -51,12 +51,12 @@ struct Emitter {
   }
 };
 
-/// A box that is part of a medium nearly empty: nothing lies between the clumps.
+/// A box around a part of a nearly empty medium. The space between clumps is empty.
 struct Clump {
   Vec3f low{0, 0, 0}, size{1, 1, 1};
 
-  /// \return whether the line along the unit `direction` hits it. \param[out] first where it enters
-  /// [length]
+  /// \return whether the line along the unit `direction` hits the box. \param[out] first where the
+  /// line enters it [length]
   TYN_HD bool intersect(Vec3f origin, Vec3f direction, float& first) const {
     float enters = -largest_float, leaves = largest_float;
     const auto along = [&](float from, float way, float begin, float length) {
@@ -88,9 +88,9 @@ struct Lights {
     return emitters[sampled];
   }
 
-  /// A photon that was aimed at clump `own` as if that were all there is. Photons along a line that
-  /// hits several clumps are aimed at each of them: its power is divided by their number, and it
-  /// starts where it enters the first.
+  /// Places a photon that was aimed at clump `own` alone. The same line may be aimed at each clump
+  /// that it hits, so the photon's power is divided by their number. The photon starts where the
+  /// line enters the first.
   TYN_HD void place_among_clumps(int own, Photon& photon) const {
     const Vec3f from = photon.ray.origin + clumps[own].low;
     float start = 0.0f;
@@ -106,8 +106,8 @@ struct Lights {
   }
 };
 
-/// Event 0 of a photon of `emitter`, which is no medium; of weight 0 where rejection sampling
-/// fails. \param first block (0, emission), \param aim block (0, aim) of its stream
+/// Event 0 of a photon: its emission. The weight is 0 if rejection sampling fails. \pre `emitter`
+/// is not a medium \param first block (0, emission), \param aim block (0, aim) of its stream
 TYN_HD Photon emit(const Emitter& emitter, const Lights& lights, Box box, RandomBlock first,
                    RandomBlock aim) {
   if (emitter.clump >= 0) box.extent = lights.clumps[emitter.clump].size;
@@ -125,20 +125,20 @@ TYN_HD Photon emit(const Lights& lights, const Box& box, RandomBlock first, Rand
 
 struct DirectLight {
   AnyLight light;
-  std::uint32_t last_word = 0;  ///< as an Emitter's
-  float probability = 1;        ///< that it is sampled
+  std::uint32_t last_word = 0;  ///< see Emitter
+  float probability = 1;        ///< of being sampled
   int group = 0;
 
-  /// Whether no ray hits it.
+  /// Whether no ray can hit it.
   TYN_HD bool is_delta() const {
     return light.visit([](const auto& l) { return l.is_delta; });
   }
-  /// Whether it is beyond everything.
+  /// Whether it is infinitely far away.
   TYN_HD bool is_distant() const {
     return light.visit([](const auto& l) { return l.is_distant; });
   }
-  /// Whether all directions see the same of it. The phase function samples it best: its own
-  /// probability is 0.
+  /// Whether its radiance is equal in all directions. Phase-function sampling alone is best then,
+  /// so its `probability` is 0.
   TYN_HD bool is_uniform() const { return light.is<lights::ConstantEnvironment>(); }
 
   TYN_HD LightHit intersect(const Ray& ray, float reach, float before) const {
@@ -154,15 +154,15 @@ struct DirectLight {
   }
 };
 
-/// Sorted: the uniform ones, the other ones that rays can hit, delta lights.
+/// Direct lights, sorted: uniform ones, others that rays can hit, delta lights.
 struct DirectLights {
   const DirectLight* lights = nullptr;
   int count = 0;
 
   TYN_HD bool any_sampled() const { return count > 0 && lights[count - 1].probability > 0.0f; }
 
-  /// One of them, as seen from `p`; its probability is part of the sample. \param random a: choice
-  /// of the light, b and c: point of it
+  /// Samples a light and a direction to it from `p`. The sample includes the light's probability.
+  /// \param random a: choice of the light, b and c: point on it
   TYN_HD LightSample sample(Vec3f p, RandomBlock random) const {
     int sampled = 0;
     while (sampled + 1 < count
@@ -176,12 +176,12 @@ struct DirectLights {
     return out;
   }
 
-  /// Whether rays can hit any: area lights, suns, environments.
+  /// Whether there are lights that rays can hit: area lights, suns, environments.
   TYN_HD bool any_hit() const { return count > 0 && !lights[0].is_delta(); }
 
-  /// Calls add(radiance, pdf, group) for each light that a ray hits at less than `reach`; distant
-  /// ones where that is largest_float. The ray begins `before` ahead of its origin [length]; the
-  /// pdf is that of sample() there.
+  /// Calls add(radiance, pdf, group) for each light that a ray hits at less than `reach`, and for
+  /// distant lights if `reach` is largest_float. The ray begins `before` ahead of its origin
+  /// [length]; `pdf` is that of sample() there.
   template <class Add>
   TYN_HD void intersect(const Ray& ray, float reach, Add&& add, float before = 0.0f) const {
     for (int i = 0; i < count && !lights[i].is_delta(); ++i) {

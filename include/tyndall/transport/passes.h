@@ -1,7 +1,7 @@
 /// \file
-/// The passes: trivially copyable functors of one index. The host calls them from its threads, a
-/// CUDA kernel from its lanes; neither holds any physics of its own. What a pass computes for an
-/// index depends on the index alone, and all its results are integer sums.
+/// The passes: trivially copyable functors of one index. Threads of the host and lanes of CUDA
+/// kernels call them; these drivers contain no physics. The result for an index depends on the
+/// index alone, and all results are integer sums.
 #pragma once
 
 #include "tyndall/transport/camera.h"
@@ -31,14 +31,15 @@ TYN_HD void deposit_audit(Audit& tally, const Audit& part) {
   deposit(tally.lit, part.lit);
 }
 
-/// What became of a photon at a real collision.
+/// The result of a real collision for a photon.
 struct Scattering {
-  Vec3f weight;  ///< after the collision; 0 where it ended
+  Vec3f weight;  ///< after the collision; 0 if the photon ended
   bool absorbed, rouletted;
 };
 
-/// Absorption as it is, in every channel, then roulette with the largest channel's share as the
-/// chance to survive: weights never grow, and a grey photon keeps weight 1 to its end.
+/// Multiplies the weight by the albedo in each channel, then plays Russian roulette. The survival
+/// probability is the fraction of the largest channel that is left: weights never grow, and a grey
+/// photon keeps weight 1 to its end.
 TYN_HD Scattering scatter(Vec3f weight, Vec3f albedo, const RandomStream& random,
                           std::uint32_t event) {
   const Vec3f scattered = weight * albedo;
@@ -53,7 +54,8 @@ TYN_HD Scattering scatter(Vec3f weight, Vec3f albedo, const RandomStream& random
           false};
 }
 
-/// The next flight of a path that `face`, a ground, reflects: into directions of density cosine/pi.
+/// Starts the next flight of a path that the ground at `face` reflects. Directions have the density
+/// cosine/pi.
 TYN_HD void reflect(const Box& box, Face face, const RandomStream& random, Path& path) {
   path.draw(random);
   path.ray = {onto_face(box, face, path.ray.origin),
@@ -61,7 +63,7 @@ TYN_HD void reflect(const Box& box, Face face, const RandomStream& random, Path&
                                uniform_symmetric(path.drawn.d))};
 }
 
-/// Path `index` of a pass, from its beginning to its end, flight by flight.
+/// Runs path `index` of a pass from beginning to end, flight by flight.
 template <class Pass>
 TYN_HD void follow(const Pass& pass, std::uint64_t index) {
   const RandomStream random{pass.seed, pass.stream(index), Pass::domain};
@@ -78,15 +80,15 @@ TYN_HD void follow(const Pass& pass, std::uint64_t index) {
   deposit_audit(pass.accounts.own().audit, audit);
 }
 
-/// What a photon carries.
+/// The state of a photon.
 struct Burden {
   Vec3f weight;
   int group;    ///< of its light
-  bool scores;  ///< whether it leaves light where it collides next
+  bool scores;  ///< whether it deposits light at its next collision
   Track track{};
 };
 
-/// Shoots photon `index`, from its light to its one fate.
+/// Traces photon `index` from its light to its one fate.
 template <class Medium, class Sampler>
 struct ShootPass {
   Medium medium;
@@ -101,14 +103,14 @@ struct ShootPass {
 
   TYN_HD void operator()(std::uint64_t index) const { follow(*this, index); }
 
-  // What becomes of a photon, and is written down, for every driver. They return false where it
+  // The steps of a photon and their tallies, for every driver. They return false if the photon
   // ends; otherwise `path` is its next flight.
 
   using State = Burden;
 
   TYN_HD std::uint64_t stream(std::uint64_t index) const { return index; }
 
-  /// \return false where the photon misses the medium, or was rejected.
+  /// \return false if the photon misses the medium, or was rejected.
   TYN_HD bool begin(Burden& burden, const RandomStream& random, Path& path) const {
     const RandomBlock first = random.block(0, Purpose::emission);
     const RandomBlock aim = random.block(0, Purpose::aim);
@@ -127,7 +129,7 @@ struct ShootPass {
     return false;
   }
 
-  /// Where the flight of a photon escaped or stalled.
+  /// Handles a flight that escaped or stalled.
   TYN_HD bool leave(Burden& burden, const Flight& flight, const RandomStream& random,
                     Path& path) const {
     burden.track.length = burden.track.length + flight.length;
@@ -135,7 +137,7 @@ struct ShootPass {
     const Box& box = medium.whole.box;
     const bool is_ground = escaped && box.is_ground(flight.face);
     if (is_ground && burden.track.scatterings == 0) deposit(accounts.own().audit.lit, 1);
-    // Where nothing reflects, all is taken.
+    // Without a ground, nothing is reflected.
     const Vec3f albedo = is_ground ? box.ground_albedo[flight.face] : Vec3f{0, 0, 0};
     const Scattering next = scatter(burden.weight, albedo, random, path.event + 1);
     Ledger& ledger = accounts.own().ledger;
@@ -146,12 +148,12 @@ struct ShootPass {
       detectors.escape(flight.face, path.ray.origin, path.ray.direction, burden.track, taken);
     if (next.absorbed || next.rouletted) return false;
     burden.weight = next.weight;
-    burden.scores = true;  // it does not come straight from its light
+    burden.scores = true;  // it no longer comes straight from its light
     reflect(box, flight.face, random, path);
     return true;
   }
 
-  /// Where the flight of a photon ended at a real collision.
+  /// Handles a flight that ended at a real collision.
   TYN_HD bool collide(Burden& burden, const Flight& flight, const RandomStream& random,
                       Path& path) const {
     const auto cell = [&] { return illumination.cells.cell_of(path.ray.origin); };
@@ -162,9 +164,9 @@ struct ShootPass {
     return true;
   }
 
-  /// All of a real collision but the new direction: what the photon leaves, absorption, roulette.
-  /// \param arrival where it collides, and its direction until then \param cell () -> the cell of
-  /// the illumination grid there \return false where the collision ends the photon.
+  /// A real collision except for the new direction: deposit, absorption, Russian roulette.
+  /// \param arrival point of collision and incoming direction \param cell () -> the cell of the
+  /// illumination grid there \return false if the collision ends the photon.
   template <class Cell>
   TYN_HD bool interact(Burden& burden, const Flight& flight, const Ray& arrival,
                        const RandomStream& random, std::uint32_t event, Cell&& cell) const {
@@ -178,14 +180,14 @@ struct ShootPass {
                    burden.weight);
   }
 
-  /// All is written down by then.
+  /// All tallies have been made by then.
   TYN_HD void end(const Burden&) const {}
 
  private:
-  /// Absorption and roulette at a collision at `p`. \return false where they end the photon.
+  /// Absorption and roulette at a collision at `p`. \return false if they end the photon.
   TYN_HD bool survive(int component, Vec3f albedo, Vec3f p, const RandomStream& random,
                       std::uint32_t event, Vec3f& weight) const {
-    if (albedo.x == 1.0f && albedo.y == 1.0f && albedo.z == 1.0f) return true;  // as it is
+    if (albedo.x == 1.0f && albedo.y == 1.0f && albedo.z == 1.0f) return true;  // unchanged
     const Scattering next = scatter(weight, albedo, random, event);
     Ledger& ledger = accounts.own().ledger;
     std::int64_t absorbed[3];
@@ -196,9 +198,9 @@ struct ShootPass {
     return !next.absorbed && !next.rouletted;
   }
 
-  // The power that a collision or a face takes: part is `taken` by that, whose tallies are `ended`
-  // and `power`, the rest goes to (or comes from) the roulette. In integers, so that the sum over
-  // the photon's life closes exactly.
+  // Tallies the power lost at a collision or a face: the part `taken` there goes to `power`, and
+  // `ended` counts a photon that ends there; the rest goes to (or comes from) the roulette. In
+  // integers, so that the sum over the photon's life closes exactly.
   TYN_HD void settle(Vec3f weight, Vec3f albedo, const Scattering& next, std::int64_t& ended,
                      std::int64_t (&power)[3], std::int64_t (&taken)[3]) const {
     Ledger& ledger = accounts.own().ledger;
@@ -217,9 +219,9 @@ struct ShootPass {
   }
 };
 
-/// D of cell `index`: the scattering extinction at jittered points, strata x strata x strata to a
-/// cell, and 8 times as many in a cell with little matter in it: where the points miss what the
-/// photons hit, N / D is a white speck.
+/// Computes D of cell `index` (see illumination.h): the scattering extinction at jittered points,
+/// strata x strata x strata per cell, and 8 times as many in a cell with little medium. If the
+/// points miss density that photons hit, N / D is a white speck.
 template <class Medium>
 struct MatterPass {
   Medium medium;
@@ -243,11 +245,11 @@ struct MatterPass {
     });
   }
 
-  // The parts, for every driver.
+  // The parts of the pass, for every driver.
 
   struct Measure {
     std::int64_t sum;
-    int hits;  // points in matter
+    int hits;  // points in the medium
 
     TYN_HD void add(std::int64_t here) {
       sum += here;
@@ -255,9 +257,9 @@ struct MatterPass {
     }
   };
 
-  /// \param measure (cell, n, event) -> Measure at n x n x n points; another `event`, other points.
-  /// A first look says how many points are needed. It is no part of the result, which would be
-  /// biased by it.
+  /// \param measure (cell, n, event) -> Measure at n x n x n points, which differ between events.
+  /// A first measure decides how many points are needed. It is not part of the result, because it
+  /// would bias it.
   template <class MeasureCell>
   TYN_HD std::int64_t total(std::uint64_t index, MeasureCell&& measure) const {
     if (is_empty(index)) return 0;
@@ -286,10 +288,10 @@ struct MatterPass {
                    static_cast<float>(at.k) + fraction.z};
   }
 
-  static constexpr float rounding = 1e-3f;  ///< of places, in edges of a cell: more than enough
+  static constexpr float rounding = 1e-3f;  ///< of place(), in edges of a cell; a generous bound
 
-  /// \return whether all super-voxels that the cell meets are empty: no point of it has matter. Nor
-  /// has what a brick has beyond the box.
+  /// \return whether all super-voxels that the cell overlaps are empty: no medium is in the cell.
+  /// Cells of a brick beyond the box are empty, too.
   TYN_HD bool is_empty(std::uint64_t index) const {
     if (cells.bricks.table) {
       const Cells::Place at = cells.place(index);
@@ -310,7 +312,7 @@ struct MatterPass {
   TYN_HD bool may_have_matter(Vec3f p) const {
     return medium.super_voxels.total[medium.super_voxels.cell_of(p)] > 0.0f;
   }
-  /// Less rounds to 0, which few octaves may show.
+  /// Smaller extinctions round to 0 [1/length]. A few octaves may suffice to find that.
   TYN_HD float least() const { return 0.25f / scale; }
   TYN_HD std::int64_t to_units(float sigma_t) const { return round_to_integer(sigma_t * scale); }
 
@@ -326,54 +328,55 @@ struct MatterPass {
   }
 };
 
-/// A camera's path: what it has gathered, what its flight is for, and how it goes on after that.
+/// The state of a camera path: the light gathered so far, the purpose of its flight, and how it
+/// continues afterwards.
 struct Sight {
   std::uint64_t pixel = 0;
   SampleSum sum;
-  Vec3f albedo{0, 0, 0};  ///< of what it met first
+  Vec3f albedo{0, 0, 0};  ///< at the first hit
   Vec3f throughput{1, 1, 1};
-  int collisions = 0;        ///< with matter that scatters, or with a ground
-  bool hit = false;          ///< met matter or a ground
+  int collisions = 0;        ///< with components that scatter, and with grounds
+  bool hit = false;          ///< it has hit the medium or a ground
   bool is_negative = false;  ///< the sign of `throughput`
-  float rest = 1;  ///< factor of the throughput from the next collision on: 1, or the part of the
-                   ///< phase function that was not read from the grid over the phase function; 0:
-                   ///< the path ends there
-  float pdf = 0;   ///< the phase function in the direction it scattered into [1/sr], for MIS
+  float rest = 1;  ///< factor of the throughput from the next collision on: 1, or the ratio of the
+                   ///< part of the phase function not read from the grid to the whole; 0: the path
+                   ///< ends at that collision
+  float pdf = 0;   ///< of the direction that it scattered into [1/sr], for MIS
 
-  // A shadow walk, and what comes after it:
+  // A shadow ray, and the path after it:
   bool in_shadow_walk = false;
-  bool stops = false;     ///< nothing comes after it
-  Vec3f direct{0, 0, 0};  ///< of the light, where nothing is in between
+  bool stops = false;     ///< the path ends after the shadow ray
+  Vec3f direct{0, 0, 0};  ///< radiance to add if the light is not occluded
   int group = 0;          ///< of that light
   Ray onward{{0, 0, 0}, {0, 0, 1}};
   float tau = 0;
 };
 
-/// Gathers a sample of a pixel, all of one pixel's before the next one's, since their rays meet the
-/// same matter, which a cache then has at hand: a path from the camera. At each of its
-/// collisions it adds what the matter emits and, by a shadow ray, what a light sends there. After
-/// `bounces` scatterings it reads the light that was scattered before from the illumination grid.
-/// Where the grid's harmonics lack light that the phase function P uses, the path goes on: it adds
-/// what it finds in a direction of P, less the grid's own radiance from there (take_back), times
-/// (P - S) / P of either sign, S being Phase::smooth: see split_phase(). Without a grid it is a
-/// path tracer. Some directions of such a P are sampled about the direction to a light
-/// (turn_to_light). Lights that rays hit are sampled both by next-event estimation and by the phase
-/// function, weighted by the balance heuristic [Veach1997].
+/// Gathers a sample of a pixel by a path from the camera. Samples of one pixel follow each other,
+/// because their rays hit the same part of the medium, which is then in the cache. At each
+/// collision the path adds emission, and the light of one light source by next-event estimation.
+/// After `bounces` scatterings it reads light that was scattered before from the illumination grid.
+/// Where the grid's harmonics lack light that the phase function P needs, the path continues: it
+/// adds the light from a direction sampled from P, less the grid's own radiance from there
+/// (take_back), times (P - S) / P of either sign, where S is Phase::smooth: see split_phase(). For
+/// such a P, some directions are sampled about the direction to a light (turn_to_light). Lights
+/// that rays can hit are sampled both by next-event estimation and by the phase function, with MIS
+/// by the balance heuristic [Veach1997]. Without a grid this is a path tracer.
 template <class Medium, class Sampler>
 struct GatherPass {
   Medium medium;
   Sampler sampler;
   Camera camera;
-  IlluminationField illumination;  ///< numerator: null for none
+  IlluminationField illumination;  ///< numerator null: no grid
   DirectLights lights;
-  Vec3f background;  ///< [W/(area sr)] that the camera sees where nothing else is
+  Vec3f background;  ///< [W/(area sr)] seen by camera rays that hit nothing
   int bounces;       ///< scatterings before the grid is read
-  bool is_apart;     ///< the grid lacks light of `lights` that is scattered once
+  bool is_apart;     ///< the grid lacks singly scattered light of `lights`
   std::uint64_t seed;
   SampleRange samples;
   Film film;
   Accounts accounts;
-  const std::uint32_t* pixels = nullptr;  ///< which are gathered, in order; null: all
+  const std::uint32_t* pixels = nullptr;  ///< to gather, in order; null: all
 
   static constexpr Domain domain = Domain::pixel_sample;
 
@@ -381,13 +384,13 @@ struct GatherPass {
 
   using State = Sight;
 
-  /// \return whose random numbers path `index` has.
+  /// \return the random stream of path `index`.
   TYN_HD std::uint64_t stream(std::uint64_t index) const {
     const std::uint64_t i = index / samples.count;
     return camera.window.stream(pixels ? pixels[i] : i, samples.begin + index % samples.count);
   }
 
-  // What becomes of a sample, for every driver. They return false where it is complete; otherwise
+  // The steps of a sample, for every driver. They return false if the sample is complete; otherwise
   // `path` is its next flight.
 
   TYN_HD bool begin(Sight& sight, const RandomStream& random, Path& path) const {
@@ -398,7 +401,7 @@ struct GatherPass {
     sight.onward = path.ray;
     const Entry entry = approach(medium.whole.box, path.ray);
     if (entry == Entry::open) return true;
-    if (entry == Entry::ground) {  // its back, which is dark
+    if (entry == Entry::ground) {  // the back of a ground is dark
       see_lights(sight, sight.onward.direction, distance_to_ground(sight, path));
       sight.hit = true;
       return false;
@@ -413,7 +416,7 @@ struct GatherPass {
     const bool is_ground =
         flight.end == Flight::End::escaped && medium.whole.box.is_ground(flight.face);
     if (sight.in_shadow_walk) {
-      // Lights beyond a ground are hidden; those within its rounding are not.
+      // A ground hides lights beyond it, but not those within its rounding.
       const bool is_hidden = is_ground && beyond_rounding * flight.length < path.reach;
       if (flight.end == Flight::End::escaped && !is_hidden)
         add(sight, sight.direct, sight.collisions == 1 ? Part::single : Part::multiple,
@@ -455,8 +458,8 @@ struct GatherPass {
     sight.pdf = phase.pdf(cosine);
     sight.rest = reads ? rest_of(phase, cosine, sight.pdf, random, path.event) : 1.0f;
     if (reads && sight.rest != 0.0f) take_back(sight);
-    // Where the grid lacks the light that comes straight from the lights, this collision takes it
-    // by the whole phase function, else by the rest of it.
+    // If the grid is not read or lacks singly scattered light, this collision scatters light
+    // straight from the lights by the whole phase function, else by the rest of it.
     const bool takes_lights = !reads || is_apart || phase.is_split;
     sight.stops = !(largest(sight.throughput) > 0.0f)
                   || (sight.rest == 0.0f && !(is_apart && lights.any_hit()));
@@ -473,8 +476,8 @@ struct GatherPass {
 
  private:
   static constexpr float beyond_rounding = 1.0f + 1e-5f;
-  /// Of the directions at the first collision; at number n 1/n of it, so that the weights of long
-  /// paths grow no faster than a small power of their length.
+  /// Fraction of the directions sampled about a light at the first collision. At the n-th it is 1/n
+  /// of this, so that the weights of long paths grow no faster than a small power of their length.
   static constexpr float turned_fraction = 0.25f;
 
   /// \param path ends at a ground
@@ -482,7 +485,7 @@ struct GatherPass {
     return beyond_rounding * length(path.ray.origin - sight.onward.origin);
   }
 
-  /// The same as collide() for a ground: it reflects, and has no grid to read.
+  /// Handles a hit of a ground, as collide() does for the medium. It reflects, and reads no grid.
   TYN_HD bool meet_ground(Sight& sight, Face face, const RandomStream& random, Path& path) const {
     const Box& box = medium.whole.box;
     const Vec3f albedo = box.ground_albedo[face], normal = inward_normal(face);
@@ -507,9 +510,9 @@ struct GatherPass {
     });
   }
 
-  /// Samples a fraction of the directions from `phase` about the direction to a light. Where the
-  /// phase function has a peak, light that turns by a large angle here and by a small one at the
-  /// next collision is found too rarely otherwise, with a large weight.
+  /// Samples a fraction of the directions from `phase` about the direction to a light. If the phase
+  /// function has a peak, light that turns by a large angle here and by a small one at the next
+  /// collision would otherwise be sampled rarely, with a large weight.
   /// \return the phase function over the density of `sight.onward.direction` (one-sample MIS with
   /// the balance heuristic, given the light): at most 1 / (1 - turned_fraction).
   TYN_HD float turn_to_light(Sight& sight, const Phase& phase, Vec3f direction,
@@ -525,9 +528,9 @@ struct GatherPass {
     return divide(density, max(lerp(density, about_light, fraction), 1e-30f));
   }
 
-  /// \return the part of `phase` that the grid does not integrate over all of it at `cosine`, of
-  /// either sign: P_rest / P, by Russian roulette 0 or at least 1 in magnitude. The directions are
-  /// those of P, so its mean square is below 1, and the weights of paths stay bounded.
+  /// \return the ratio P_rest / P at `cosine`, of either sign, where P_rest is the part of `phase`
+  /// that the grid does not integrate; by Russian roulette 0 or at least 1 in magnitude. Directions
+  /// are sampled from P, so its mean square is below 1, and the weights of paths stay bounded.
   TYN_HD static float rest_of(const Phase& phase, float cosine, float density,
                               const RandomStream& random, std::uint32_t event) {
     if (!phase.is_split) return 0.0f;
@@ -537,7 +540,7 @@ struct GatherPass {
     return rest < 0.0f ? -1.0f : 1.0f;
   }
 
-  /// The path's next scattering, or its end. \return false where it ends.
+  /// Multiplies the throughput by `rest` at the next collision. \return false if the path ends.
   TYN_HD static bool take_rest(Sight& sight) {
     sight.throughput = abs(sight.rest) * sight.throughput;
     sight.is_negative = sight.is_negative != (sight.rest < 0.0f);
@@ -547,11 +550,11 @@ struct GatherPass {
   /// A scattering function at a direction.
   struct Weighed {
     float value;    ///< fraction of the light that goes from there to the camera [1/sr]
-    float density;  ///< of `sight.onward` there [1/sr]; below 0: no light comes from there
+    float density;  ///< pdf of `sight.onward` there [1/sr]; below 0: no light comes from there
   };
 
-  /// Sets out for a light from where `path` starts. \param weigh (direction to the light) ->
-  /// Weighed
+  /// Starts the shadow ray of next-event estimation at the origin of `path`. \param weigh
+  /// (direction to the light) -> Weighed
   template <class Weigh>
   TYN_HD bool ask_light(Sight& sight, Vec3f scattered, const RandomStream& random, Path& path,
                         Weigh&& weigh) const {
@@ -581,9 +584,9 @@ struct GatherPass {
     film.add(sight.pixel, sight.is_negative ? -1.0f * radiance : radiance, part, group, sight.sum);
   }
 
-  /// Lights on the way of a flight from `sight.onward.origin`, `distance` long.
+  /// Adds lights that a flight from `sight.onward.origin`, `distance` long, hits.
   TYN_HD void see_lights(Sight& sight, Vec3f direction, float distance) const {
-    // The grid may have them as far as the smooth part goes.
+    // The grid may hold their light for the smooth part of the phase function.
     const float rest = is_apart ? 1.0f : sight.rest;
     const float before = sight.collisions == 0 ? camera.before(direction) : 0.0f;
     lights.intersect(
@@ -599,7 +602,7 @@ struct GatherPass {
         before);
   }
 
-  /// The path goes on in place of what was read of the grid's light from there.
+  /// Subtracts the grid's radiance from the direction in which the path continues.
   TYN_HD void take_back(Sight& sight) const {
     const IlluminationField::Spot spot = illumination.spot(sight.onward.origin);
     for (int group = 0; group < illumination.cells.groups; ++group) {

@@ -1,9 +1,9 @@
 /// \file
-/// The walk of a photon from one collision to the next: free paths in a medium whose extinction is
-/// known only by its bounds [SzirmayKalos2011]. Virtual particles fill each super-voxel up to its
-/// majorant, so that the total extinction is constant there and a free path is found by a 3-D DDA
-/// [AmanatidesWoo1987]; a tentative collision is real with probability sigma_t / sigma_maj
-/// [Woodcock1965].
+/// The walk of a photon from one collision to the next: delta tracking, which samples free paths
+/// with only bounds of the extinction [SzirmayKalos2011]. Virtual particles fill each super-voxel
+/// up to its majorant. The total extinction is then constant there, and a 3-D DDA
+/// [AmanatidesWoo1987] finds the free path. A tentative collision is real with probability
+/// sigma_t / sigma_maj, otherwise null [Woodcock1965].
 #pragma once
 
 #include "tyndall/medium/medium.h"
@@ -17,24 +17,24 @@ struct Ray {
   Vec3f direction;  ///< unit length, the way the photon (or the camera's ray) travels
 };
 
-/// One flight must not cross more super-voxels: with periodic sides and little extinction it would
-/// never end.
+/// The most super-voxels that one flight crosses. With periodic sides and little extinction it
+/// might never end otherwise.
 inline constexpr int most_crossings = 1 << 20;
-/// Nor meet more virtual particles: where the majorant is far above the matter (and tau / sigma_maj
-/// below the rounding of the distance) it would stand still.
+/// The most null collisions of one flight. Where the majorant is far above the extinction, and
+/// tau / sigma_maj is below the rounding of the distance, the flight would make no progress.
 inline constexpr int most_virtual = 1 << 22;
 
-/// \return where along `ray` the plane `axis = plane` lies; beyond everything for rays along the
-/// plane.
+/// \return the distance along a ray to the plane `axis = plane`; largest_float for rays parallel to
+/// the plane.
 TYN_HD float distance_to_plane(float plane, float origin, float inverse_direction) {
   return inverse_direction == 0.0f ? largest_float : (plane - origin) * inverse_direction;
 }
 
-/// 1/d; 0 stands for "never" (d is 0, or so small that 1/d overflows).
+/// 1/d, or 0 where d is 0 or so small that 1/d overflows: the ray never reaches a plane.
 TYN_HD float inverse_component(float d) { return abs(d) < 1e-30f ? 0.0f : inverse(d); }
 
-/// The super-voxels along a ray, one at a time, each with the stretch [t, t_exit] of the ray within
-/// it. Crossings are computed from the plane, never accumulated. Ties go x, y, z.
+/// The DDA over the super-voxels along a ray. [t, t_exit] is the interval of the ray within the
+/// current one. Crossings are computed from the planes, never accumulated. Ties go x, y, z.
 class SuperVoxelWalk {
  public:
   TYN_HD SuperVoxelWalk(const MajorantGrid& grid, const Ray& ray) : grid_(grid), ray_(ray) {
@@ -50,7 +50,8 @@ class SuperVoxelWalk {
   /// Steps into the next super-voxel. \return false where the ray leaves the box, through face().
   TYN_HD bool cross() { return step() || wrap(); }
 
-  /// The same, but leaves at periodic sides too. Without branches: lanes step together.
+  /// Steps as cross() does, but also leaves through periodic sides. No branches: lanes step in
+  /// lockstep.
   TYN_HD bool step() {
     t_ = t_exit_;
     const bool x = (t_x_ <= t_y_) & (t_x_ <= t_z_), y = !x & (t_y_ <= t_z_), z = !x & !y;
@@ -63,8 +64,8 @@ class SuperVoxelWalk {
     return is_inside();
   }
 
-  /// Enters at the opposite face if it has left through a periodic side. The ray starts anew
-  /// there: a position computed along one long ray would drift.
+  /// Re-enters at the opposite face if the ray has left through a periodic side. The ray restarts
+  /// there, because positions computed along one long ray would drift.
   TYN_HD bool wrap() {
     if (!grid_.box.is_periodic(face())) return false;
     before_ = before_ + t_;
@@ -78,7 +79,7 @@ class SuperVoxelWalk {
                z = is_below(place_.k, grid_.nz);
     return x & y & z;
   }
-  /// Through which side of the box it has left. Without branches, as step().
+  /// The face through which the ray has left the box. No branches, as in step().
   TYN_HD Face face() const {
     const bool x = (place_.i < 0) | (place_.i >= grid_.nx);
     const bool y = (place_.j < 0) | (place_.j >= grid_.ny);
@@ -88,16 +89,16 @@ class SuperVoxelWalk {
   }
 
   using Place = Cells::Place;
-  TYN_HD Place place() const { return place_; }  ///< the super-voxel that the walk has got to
+  TYN_HD Place place() const { return place_; }  ///< the current super-voxel
   TYN_HD float distance() const {
     return t_;
   }                                                ///< along the ray, from the last periodic side
                                                    ///< [length]
-  TYN_HD float before() const { return before_; }  ///< up to that side [length]
+  TYN_HD float before() const { return before_; }  ///< up to the last periodic side [length]
   TYN_HD float travelled() const { return before_ + t_; }
   TYN_HD const Ray& ray() const { return ray_; }  ///< from the last periodic side
 
-  /// A walk along `ray` that is at `place`, `distance` away from its origin.
+  /// Resumes a walk along `ray` in super-voxel `place`, at `distance` from the ray's origin.
   TYN_HD SuperVoxelWalk(const MajorantGrid& grid, const Ray& ray, Place place, float distance,
                         float before = 0.0f)
       : grid_(grid), ray_(ray), place_(place), before_(before), t_(distance) {
@@ -105,7 +106,7 @@ class SuperVoxelWalk {
     find_crossings();
   }
 
-  /// Another walk in the same grid.
+  /// Starts another walk in the same grid.
   TYN_HD void start(const Ray& ray) {
     ray_ = ray;
     before_ = 0.0f;
@@ -130,7 +131,7 @@ class SuperVoxelWalk {
     find_crossings();
   }
 
-  // Rounding may put a start or a crossing an ulp past the plane: time never runs backwards.
+  // Rounding may put a start or a crossing an ulp past the plane; t_ must never decrease.
   TYN_HD void find_crossings() {
     const Vec3f d = ray_.direction, o = ray_.origin;
     t_x_ = crossing(place_.i, grid_.cell_size.x, d.x, o.x, inverse_.x);
@@ -151,43 +152,43 @@ class SuperVoxelWalk {
   float before_ = 0.0f, t_, t_x_, t_y_, t_z_, t_exit_;
 };
 
-/// A photon or camera ray under way: where it is, what it drew last, and what it will draw next.
+/// The state of a photon or camera path: its ray, its last random numbers, and its event counter.
 struct Path {
   Ray ray;
   float tau;            ///< optical depth to go [-]
   std::uint32_t event;  ///< tentative collisions and reflections of the whole path so far
-  RandomBlock drawn;    ///< of the last one: accept, tau of the next flight, two for a direction
-  float reach = largest_float;  ///< [length] the flight ends there: that of a shadow walk
+  RandomBlock drawn;    ///< of the last event: accept, tau of the next flight, two for a direction
+  float reach = largest_float;  ///< [length] where the flight ends: the light, for a shadow ray
 
-  /// Draws for a tentative collision or a reflection, and for the flight after it.
+  /// Draws random numbers for a tentative collision or a reflection, and tau of the next flight.
   TYN_HD void draw(const RandomStream& random) {
     drawn = random.block(++event, Purpose::walk);
     tau = exponential(drawn.b);
   }
 };
 
-/// Which squeezed decisions are audited: one in 256, by bits of the block's last word that nothing
-/// else uses.
+/// Whether a squeezed decision is audited: one in 256, by bits of the block's last word that
+/// nothing else uses.
 TYN_HD bool is_audited(std::uint32_t last_word) { return (last_word & 0xffu) == 0u; }
 
 struct Flight {
   enum class End { collided, escaped, stalled };
 
-  End end = End::stalled;  ///< escaped: nothing was in the way, to the end of the box or the reach
-  int component = virtual_particle;  ///< collided: whose matter
-  Face face = 0;                     ///< escaped: through which face of the box
+  End end = End::stalled;  ///< escaped: no real collision up to the end of the box or the reach
+  int component = virtual_particle;  ///< collided: with this component
+  Face face = 0;                     ///< escaped: through this face of the box
   float length = 0;                  ///< [length] of the flight
 };
 
-/// A flight under way, one event at a time. tau is carried across cells, and on in place after a
-/// virtual particle.
+/// Delta tracking of one flight, event by event. tau is carried across cells. After a null
+/// collision the flight continues from there.
 class Tracker {
  public:
   enum class Event { crossed, within, ended };
 
   TYN_HD Tracker(const MajorantGrid& grid, const Ray& ray) : grid_(grid), walk_(grid, ray) {}
 
-  /// Crosses into the next super-voxel, unless the tentative collision is within this one. A
+  /// Crosses into the next super-voxel, unless the tentative collision is in this one. A
   /// super-voxel of majorant 0 needs no branch: tau > 0 always.
   TYN_HD Event cross(Path& path) {
     const float depth = grid_.total[walk_.cell()] * walk_.length_to_exit();
@@ -198,34 +199,34 @@ class Tracker {
     return is_beyond_reach(path) ? Event::ended : Event::crossed;
   }
 
-  /// After Event::ended. \return whether it goes on, through a periodic side.
+  /// After Event::ended. \return whether the flight continues through a periodic side.
   TYN_HD bool wrap(const Path& path) {
     if (walk_.is_inside() || !walk_.wrap()) return false;
     ++crossings_;
     return !is_beyond_reach(path);
   }
 
-  /// After Event::within. \return whether it gets to the tentative collision.
+  /// Advances to the tentative collision, after Event::within. \return whether it is within reach.
   TYN_HD bool arrive(const Path& path) {
     walk_.advance(divide(path.tau, grid_.total[walk_.cell()]));
     return !is_beyond_reach(path);
   }
 
-  /// Draws for a tentative collision. \return what the extinction there must exceed for it to be
-  /// real [1/length]
+  /// Draws random numbers for a tentative collision. \return the value that the extinction there
+  /// must exceed for a real collision [1/length]
   TYN_HD float draw(Path& path, const RandomStream& random) const {
     path.draw(random);
     return uniform(path.drawn.a) * grid_.total[walk_.cell()];
   }
 
-  /// \param hit the component that the tentative collision was with. \return whether it ends the
-  /// flight
+  /// Ends a tentative collision. \param hit the component of a real one, or virtual_particle
+  /// \return whether the flight ends
   TYN_HD bool meet(int hit) {
     hit_ = hit;
     return hit != virtual_particle || ++virtual_particles_ == most_virtual;
   }
 
-  /// Leaves `path.ray` where the flight ended.
+  /// Ends the flight: moves `path.ray` to its end. \return the flight.
   TYN_HD Flight land(Path& path) const {
     path.ray = {walk_.position(), walk_.direction()};
     Flight flight;
@@ -246,14 +247,14 @@ class Tracker {
   TYN_HD Vec3f position() const { return walk_.position(); }
   TYN_HD int cells() const { return crossings_ + 1; }
 
-  /// Another flight in the same grid.
+  /// Starts another flight in the same grid.
   TYN_HD void start(const Ray& ray) {
     walk_.start(ray);
     crossings_ = virtual_particles_ = 0;
     hit_ = virtual_particle;
   }
 
-  /// What it takes to go on later.
+  /// The state from which the flight can be resumed.
   struct Saved {
     Ray ray;
     SuperVoxelWalk::Place place;
@@ -280,7 +281,7 @@ class Tracker {
   int hit_ = virtual_particle;
 };
 
-/// The flat loop over the events of a flight. Leaves `path.ray.origin` where it ended.
+/// Runs a flight in one flat loop over its events. Moves `path.ray.origin` to the flight's end.
 template <Decision usual = Decision::squeezed, class Medium>
 TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
                     const RandomStream& random, Audit& audit) {
@@ -307,7 +308,8 @@ TYN_HD Flight track(const Medium& medium, const MajorantGrid& grid, Path& path,
   return tracker.land(path);
 }
 
-/// The three samplers: one interface, so that a benchmark swaps them and nothing else.
+/// Delta tracking through the super-voxel grid. The three samplers share one interface, so that a
+/// benchmark swaps nothing else.
 struct SuperVoxel {
   template <class Medium>
   TYN_HD Flight fly(const Medium& medium, Path& path, const RandomStream& random,
@@ -320,7 +322,7 @@ struct SuperVoxel {
   }
 };
 
-/// One majorant for the whole box [Woodcock1965].
+/// Delta tracking with one majorant for the whole box [Woodcock1965].
 struct Woodcock {
   template <class Medium>
   TYN_HD Flight fly(const Medium& medium, Path& path, const RandomStream& random,
@@ -333,13 +335,14 @@ struct Woodcock {
   }
 };
 
-/// A flight under way in fixed steps, the extinction at the middle of each taken as constant over
-/// it: biased, and as dear as the resolution is high. The last step is solved linearly.
+/// Ray marching of one flight in fixed steps. The extinction at the middle of a step is used for
+/// the whole step. This is biased, and its cost grows with the resolution. The last step is solved
+/// linearly.
 class March {
  public:
   TYN_HD March(const MajorantGrid& whole, const Ray& ray) : walk_(whole, ray) {}
 
-  /// \param length of a step \return whether the flight goes on.
+  /// \param length of a step \return whether the flight continues.
   template <class Medium>
   TYN_HD_INLINED bool step(float length, const Medium& medium, Path& path,
                            const RandomStream& random, TreeNodes& nodes, Audit& audit) {
@@ -366,7 +369,7 @@ class March {
     return false;
   }
 
-  /// After the last step. Leaves `path.ray` where the flight ended.
+  /// Ends the flight after its last step: moves `path.ray` to its end. \return the flight.
   TYN_HD Flight land(Path& path) const {
     path.ray = {walk_.position(), walk_.direction()};
     Flight flight = flight_;
@@ -376,14 +379,14 @@ class March {
 
   TYN_HD int cells() const { return crossings_ + 1; }
 
-  /// Another flight.
+  /// Starts another flight.
   TYN_HD void start(const Ray& ray) {
     walk_.start(ray);
     crossings_ = 0;
     flight_ = {};
   }
 
-  /// What it takes to go on later, between two steps.
+  /// The state from which the flight can be resumed between two steps.
   struct Saved {
     Ray ray;
     SuperVoxelWalk::Place place;
@@ -426,7 +429,7 @@ class March {
 };
 
 struct RayMarching {
-  float step;  ///< [length], one finest voxel
+  float step;  ///< [length], by default of the finest voxel
 
   template <class Medium>
   TYN_HD_APART Flight fly(const Medium& medium, Path& path, const RandomStream& random,
@@ -441,15 +444,16 @@ struct RayMarching {
   }
 };
 
-/// Whether a ray gets into the medium.
+/// Whether a ray enters the medium.
 enum class Entry { open, ground, none };
 
-/// Moves `ray` to where it meets the medium: onto the box where it starts outside (only open sides
-/// bound it), into the first period along periodic axes. \return none where it never does, ground
-/// where it ends there: at the back of one. \param[out] distance to there [length]
+/// Moves the origin of `ray` to where it enters the medium: onto the box if it starts outside (only
+/// open sides bound it), and into the first period along periodic axes. \return none if the ray
+/// misses the medium, ground if it ends at the back of a ground. \param[out] distance to the new
+/// origin [length]
 TYN_HD Entry approach(const Box& box, Ray& ray, float& distance) {
   float t0 = 0.0f, t1 = largest_float;
-  Face face = -1;  // that it meets at t0, if it starts outside
+  Face face = -1;  // hit at t0, if the ray starts outside
   const auto slab = [&](int axis, float origin, float direction, float extent) {
     const float inverse = inverse_component(direction);
     if (inverse == 0.0f) {

@@ -6,7 +6,7 @@
 
 namespace tyndall::lights {
 
-/// Parallel light; its photons come through one face of the box.
+/// Parallel light. Its photons enter through one face of the box.
 struct Parallel {
   static constexpr bool is_delta = true, is_distant = true;
 
@@ -25,14 +25,14 @@ struct Parallel {
   }
 };
 
-/// A cone of directions of constant radiance.
+/// A sun: constant radiance from a cone of directions.
 struct Sun {
   static constexpr bool is_delta = false, is_distant = true;
 
   Vec3f to_light{0, 0, 1};
   float height = 0;         ///< of the cone's cap
   Vec3f radiance{0, 0, 0};  ///< [W/(area sr)]
-  float area_bound = 0;     ///< of the area that the open faces show to any of its directions
+  float area_bound = 0;     ///< of the open faces' projected area along any of its directions
 
   TYN_HD Photon emit(const Box& box, RandomBlock first, RandomBlock aim) const {
     Photon photon{{{0, 0, 0},

@@ -1,12 +1,12 @@
 /// \file
-/// Environment lights: radiance from all directions, constant or by an image.
+/// Environment lights: radiance from all directions, constant or from an image.
 #pragma once
 
 #include "tyndall/transport/lights/light_parts.h"
 
 namespace tyndall::lights {
 
-/// The same radiance from all directions. Its photons come through one face of the box.
+/// Constant radiance from all directions. Its photons enter through one face of the box.
 struct ConstantEnvironment {
   static constexpr bool is_delta = false, is_distant = true;
 
@@ -33,16 +33,15 @@ struct ConstantEnvironment {
   }
 };
 
-/// Radiance by an image in longitude and latitude. Its rows go from +y to -y; of its columns, seen
-/// from within with +y up, the middle one is at +z, and that a quarter to the left of it at +x,
-/// unless the image is rotated. Radiance is linear between the centres of texels, also across the
-/// ends of a row, and constant beyond the centres of the first and the last row.
+/// Radiance from an image in longitude and latitude. Its rows go from +y to -y. Seen from within
+/// with +y up, the middle column is at +z, and the column a quarter to its left is at +x, unless
+/// the image is rotated. Radiance is linear between the centres of texels, also across the ends of
+/// a row, and constant beyond the centres of the first and the last row.
 ///
-/// Directions are sampled by a table of integer weights: a texel, and a place about its centre by
-/// the tent that the interpolation gives it, so that the pdf is the interpolation of the weights.
-/// A weight is no less than the texel's largest channel times the largest sine of the polar angle
-/// that its tent reaches, in units of `unit`, so that the radiance never exceeds the bound that the
-/// pdf stands for.
+/// Directions are sampled by a table of integer weights: first a texel, then a point about its
+/// centre from the tent of the interpolation, so that the pdf interpolates the weights. A weight is
+/// at least the texel's largest channel times the largest sine of the polar angle within its tent,
+/// in units of `unit`. So the radiance never exceeds the bound that the pdf is proportional to.
 struct ImageEnvironment {
   static constexpr bool is_delta = false, is_distant = true;
 
@@ -53,7 +52,7 @@ struct ImageEnvironment {
   float unit = 0;        ///< radiance times sine at weight 1
   float irradiance = 0;  ///< integral of the bound of the radiance over all directions [W/area]
   Vec3f scale{1, 1, 1};  ///< of the image
-  float area_bound = 0;  ///< of the area that the open faces show to any direction
+  float area_bound = 0;  ///< of the open faces' projected area along any direction
 
   TYN_HD int count() const { return width * height; }
 
@@ -124,7 +123,7 @@ struct ImageEnvironment {
     return (1.0f - s.y) * row(s.j0) + s.y * row(s.j1);
   }
 
-  /// The four texels about a place, and the place between them.
+  /// The four texels about a place, and the position between them.
   struct Square {
     int i0, i1, j0, j1;
     float x, y;
@@ -155,7 +154,7 @@ struct ImageEnvironment {
     return unit * weight / (irradiance * max(place.sine, 1e-9f));
   }
 
-  /// In (-1, 1), of one of 2^16 equal steps.
+  /// Samples the tent on (-1, 1). \param step one of 2^16 equally likely steps
   TYN_HD static float tent(float step) {
     const float s = (step + 0.5f) * (1.0f / 32768.0f);  // in (0, 2)
     return s < 1.0f ? sqrt(s) - 1.0f : 1.0f - sqrt(2.0f - s);

@@ -1,15 +1,15 @@
 /// \file
-/// What kinds of lights have in common. Each kind is a trivially copyable struct with
+/// Parts that the kinds of lights share. Each kind is a trivially copyable struct with
 ///
-///   bool is_delta                no ray hits it: it is a point, or shines along one direction
-///   bool is_distant              it lies beyond everything
-///   emit(box, first, aim)        a photon of `box`, of weight 0 where rejection sampling fails
+///   bool is_delta                no ray can hit it: it is a point, or shines along one direction
+///   bool is_distant              it is infinitely far away
+///   emit(box, first, aim)        a photon into `box`, of weight 0 if rejection sampling fails
 ///   sample(p, random)            a direction from `p` to it, for next-event estimation
-///   intersect(ray, reach, before)   where it is no delta light: what a ray sees of it, and the pdf
+///   intersect(ray, reach, before)   except for delta lights: the radiance along a ray, and the pdf
 ///                                with which sample() draws the ray's direction
-///   relocate(copy)               where it points to arrays: see DenseGrid::relocate
+///   relocate(copy)               if it points to arrays: see DenseGrid::relocate
 ///
-/// and a member of the list AnyLight (transport/light.h). Area lights emit and are seen, but
+/// and a member of the list AnyLight (transport/light.h). Area lights emit and are visible, but
 /// occlude nothing.
 #pragma once
 
@@ -24,28 +24,28 @@ struct Photon {
   Vec3f weight{1, 1, 1};  ///< RGB, in units of the power of one photon
 };
 
-/// A direction to a light, and what arrives from it where nothing is in between.
+/// A direction to a light, and the light that arrives from it without occlusion.
 struct LightSample {
   Vec3f direction;                 ///< to the light, unit
-  float distance = largest_float;  ///< [length] to the light; largest_float: beyond everything
-  Vec3f irradiance{0, 0, 0};       ///< [W/area] of delta lights; else the radiance over `pdf`
-  float pdf = 0;                   ///< [1/sr] of `direction`; 0 of delta lights
+  float distance = largest_float;  ///< [length] to the light; largest_float: distant light
+  Vec3f irradiance{0, 0, 0};       ///< [W/area] delta lights; others: the radiance over `pdf`
+  float pdf = 0;                   ///< [1/sr] of `direction`; 0 for delta lights
   int group = 0;                   ///< of PreparedScene::light_groups
 };
 
-/// What a ray sees of a light.
+/// The light that a ray hits.
 struct LightHit {
   bool is_hit = false;
   Vec3f radiance{0, 0, 0};  ///< [W/(area sr)]
-  float pdf = 0;            ///< [1/sr] of the ray's direction, as LightSample::pdf
+  float pdf = 0;            ///< [1/sr] of the ray's direction, see LightSample::pdf
 };
 
-inline constexpr float highest_pdf = 1e18f;  ///< whose square is finite
+inline constexpr float highest_pdf = 1e18f;  ///< its square is finite
 
-/// [1/sr] of a uniform direction of a cone, whose cap has this height.
+/// The pdf [1/sr] of a uniform direction in a cone with a cap of this height.
 TYN_HD float cone_pdf(float height) { return min(1.0f / (2.0f * pi * height), highest_pdf); }
 
-/// \return the first of `count` ascending `ends` that is above word / 2^32 of the last one.
+/// \return the index of the first of `count` ascending `ends` above word / 2^32 times the last one.
 TYN_HD int sample_discrete(const std::uint32_t* ends, int count, std::uint32_t word) {
   const auto at = static_cast<std::uint32_t>(std::uint64_t{word} * ends[count - 1] >> 32);
   int first = 0, last = count - 1;
@@ -67,27 +67,27 @@ TYN_HD void keep_if(Photon& photon, float value, float bound, RandomBlock aim) {
 
 // ---- Light from placed lights
 
-/// What photons of placed lights are aimed at: a box, and its bounding sphere.
+/// The target of photons of placed lights: a box, and its bounding sphere.
 struct Receivers {
   Vec3f low{0, 0, 0}, size{1, 1, 1};
   Vec3f center{0.5f, 0.5f, 0.5f};
   float radius = 1;
 };
 
-/// A line that passes two centres, the second one `distance` behind the first: that of a light and
-/// that of the receivers. Where it passes the second one follows from where it passes the first and
-/// from the angle between, not from positions: that holds for any distance.
+/// The direction of a line past two centres: a light's, and the receivers', `distance` behind it.
+/// The offset from the second centre is computed from the offset from the first and the angle, not
+/// from positions, so that it is accurate at any distance.
 struct Aim {
-  Vec3f direction;  ///< unit
-  Vec3f across;     ///< unit, at right angles to it: where angles turn a line at the second centre
-  float sine, cosine;  ///< to the line through the centres
+  Vec3f direction;     ///< unit
+  Vec3f across;        ///< unit, at right angles to it: the offset's direction at the second centre
+  float sine, cosine;  ///< of the angle to the line through the centres
 
-  /// \return how far a line through the first centre passes from the second one.
+  /// \return the offset of a line through the first centre from the second centre.
   TYN_HD Vec3f shift(float distance) const { return (distance * sine) * across; }
 };
 
-/// A uniform direction of the cone about `axis`, the unit vector from the first centre to the
-/// second. See direction_in_cone().
+/// Samples a uniform direction in the cone about `axis`, the unit vector from the first centre to
+/// the second. See direction_in_cone().
 TYN_HD Aim aim_in_cone(Vec3f axis, float height, float u, float v) {
   const float h = u * height, sine = sqrt(max(0.0f, h * (2.0f - h))), cosine = 1.0f - h;
   const SinCos phi = sin_cos_turn(v);
@@ -95,14 +95,14 @@ TYN_HD Aim aim_in_cone(Vec3f axis, float height, float u, float v) {
           normalize(to_frame_of(axis, {cosine * phi.cos, cosine * phi.sin, -sine})), sine, cosine};
 }
 
-/// The height of the cone of directions in which a sphere is seen; 2 from within.
+/// The cap height of the cone of directions to a sphere; 2 inside the sphere.
 TYN_HD float cone_of_sphere(float distance, float radius) {
   const float sine = distance > radius ? radius / distance : 1.0f;
   return sine < 1.0f ? sine * sine / (1.0f + sqrt(1.0f - sine * sine)) : 2.0f;
 }
 
-/// The directions of a placed light's photons: the cone about the way from its centre to that of
-/// its receivers.
+/// The directions of a placed light's photons: a cone about the line from its centre to that of its
+/// receivers.
 struct AimedCone {
   Vec3f axis{0, 0, 1};
   float height = 2;    ///< 1 - cosine of the half angle; 2: all directions
@@ -113,16 +113,16 @@ struct AimedCone {
     return aim_in_cone(axis, height, uniform_symmetric(aim.a), uniform_symmetric(aim.b));
   }
 
-  /// \return where a photon starts whose line passes the receivers' centre at `offset`: `start`
-  /// beyond that point, or where it enters their sphere: there positions have the digits that the
-  /// medium needs.
+  /// \return the start of a photon on the line past the receivers' centre at `offset`: `start`
+  /// beyond that point, but not before the line enters the receivers' sphere. Positions there have
+  /// the digits that the medium needs.
   TYN_HD Vec3f origin(Vec3f offset, Vec3f direction, float start) const {
     return receivers.center + offset + max(start, -receivers.radius) * direction;
   }
 
-  /// A photon along `line` through a uniform point of the receivers' faces, as seen along it.
-  /// \param bound of the area that they show to any direction of the cone
-  /// \return where its line passes the light's centre
+  /// Samples a photon along `line` through a uniform point of the receivers' projected area.
+  /// \param bound of the projected area along any direction of the cone
+  /// \return the offset of the photon's line from the light's centre
   TYN_HD Vec3f trace_back(const Aim& line, float bound, RandomBlock first, RandomBlock aim,
                           Photon& photon) const {
     Box shown;
@@ -139,7 +139,7 @@ struct AimedCone {
 // ---- Light from distant lights
 
 /// Starts a photon of a distant light on the faces of the box that its direction hits.
-/// \param bound of the area that they show
+/// \param bound of their projected area
 TYN_HD void start_on_faces(const Box& box, float bound, RandomBlock first, RandomBlock aim,
                            Photon& photon) {
   const Vec3f direction = photon.ray.direction, areas = lit_areas(box, direction);

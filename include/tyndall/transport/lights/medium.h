@@ -7,8 +7,8 @@
 
 namespace tyndall {
 
-/// Where a component may emit: a box of cells, each sampled in proportion to an integer weight, a
-/// bound of its emission.
+/// A box of cells where a component may emit. Cells are sampled in proportion to integer weights,
+/// which bound their emission.
 struct EmissionCells {
   Vec3f low{0, 0, 0}, size{0, 0, 0};  ///< of the box's first cell
   int nx = 0, ny = 0, nz = 0;
@@ -31,14 +31,14 @@ struct EmissionCells {
 
 namespace lights {
 
-/// It shines uniformly in all directions. Paths that pass through it find its emission; they do
-/// not sample it.
+/// An emissive component. It emits uniformly in all directions. Camera paths add its emission where
+/// they collide; they do not sample it.
 struct Medium {
   int component = -1;  ///< of the prepared medium; -1: none
   EmissionCells cells;
 
-  /// Samples a cell and a uniform point of it, and rejects by the emission there over the cell's
-  /// bound. The weight is the emission's colour.
+  /// Samples a cell and a uniform point in it, and accepts with the probability of the emission
+  /// there over the cell's bound. The weight is the emission's colour.
   template <class AnyMedium>
   TYN_HD Photon emit(const AnyMedium& medium, RandomBlock first, RandomBlock aim,
                      RandomBlock place) const {

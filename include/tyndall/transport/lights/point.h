@@ -33,15 +33,15 @@ struct Point {
   }
 };
 
-/// A point light whose intensity falls from the axis of a cone to its edge, by a cubic of the
-/// cosine.
+/// A spot light: a point light in a cone. Its intensity falls from the axis to the edge by a cubic
+/// of the cosine.
 struct Spot {
   static constexpr bool is_delta = true, is_distant = false;
 
-  Point point;  ///< its intensity is that along the axis
+  Point point;  ///< with the intensity along the axis
   Vec3f axis{0, 0, 1};
   float height = 2;     ///< of the cone's cap: 1 - cosine of the half angle
-  float sharpness = 0;  ///< one over the height of the part where it falls
+  float sharpness = 0;  ///< 1 over the height of the part of the cap where it falls
 
   TYN_HD Photon emit(const Box& box, RandomBlock first, RandomBlock aim) const {
     Photon photon = point.emit(box, first, aim);

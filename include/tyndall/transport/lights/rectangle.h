@@ -1,5 +1,5 @@
 /// \file
-/// Rectangle lights, which may be any parallelograms.
+/// Rectangle lights: any parallelograms.
 #pragma once
 
 #include "tyndall/transport/lights/light_parts.h"
@@ -10,12 +10,12 @@ namespace tyndall::lights {
 struct Rectangle {
   static constexpr bool is_delta = false, is_distant = false;
 
-  /// How its photons are drawn.
+  /// How photons are sampled.
   enum class Way {
     cosine,     ///< from a uniform point, cosine-distributed about the normal
-    cone,       ///< from a uniform point into the cone that holds the receivers there
-    trace_back  ///< along a direction of the cone, through a uniform point that the receivers show
-                ///< to it, back to the light
+    cone,       ///< from a uniform point into the cone that encloses the receivers from there
+    trace_back  ///< along a direction of the cone, through a uniform point of the receivers'
+                ///< projected area, traced back to the light
   };
 
   Vec3f center{0, 0, 0};
@@ -26,8 +26,8 @@ struct Rectangle {
   Vec3f radiance{0, 0, 0};  ///< [W/(area sr)]
   AimedCone cone;           ///< about its centre
   Way way = Way::cosine;
-  float bound = 0;  ///< cone: of the cosine times the cone's height; trace_back: of the area that
-                    ///< the receivers show
+  float bound = 0;  ///< cone: of the cosine times the cone's height; trace_back: of the receivers'
+                    ///< projected area
 
   TYN_HD Photon emit(const Box&, RandomBlock first, RandomBlock aim) const {
     Photon photon;
@@ -83,11 +83,11 @@ struct Rectangle {
   }
 
  private:
-  /// Whether it contains the point of its plane at `offset` from its centre.
+  /// Whether the rectangle contains the point of its plane at `offset` from its centre.
   TYN_HD bool contains(Vec3f offset) const {
     return abs(dot(offset, dual_u)) <= 0.5f && abs(dot(offset, dual_v)) <= 0.5f;
   }
-  /// \return how far along the ray its bright side is hit, above -before; 0: nowhere.
+  /// \return the distance along the ray to a hit of the bright side, above -before; 0: no hit.
   TYN_HD float distance_along(const Ray& ray, float before) const {
     const float cosine = -dot(normal, ray.direction);
     const Vec3f to_center = center - ray.origin;
@@ -95,7 +95,7 @@ struct Rectangle {
     if (!(cosine > 0.0f && distance > -before)) return 0.0f;
     return contains(distance * ray.direction - to_center) ? distance : 0.0f;
   }
-  /// [1/sr] of a direction in which it is seen at `distance`
+  /// [1/sr] of a direction that hits it at `distance`
   TYN_HD float pdf(float distance, float cosine) const {
     return min(distance / area * (distance / cosine), highest_pdf);
   }

@@ -6,7 +6,7 @@
 
 namespace tyndall::lights {
 
-/// A sphere of constant radiance outwards.
+/// A sphere of constant outward radiance.
 struct Sphere {
   static constexpr bool is_delta = false, is_distant = false;
 
@@ -14,9 +14,9 @@ struct Sphere {
   float radius = 0;
   Vec3f radiance{0, 0, 0};  ///< [W/(area sr)]
   AimedCone cone;
-  bool is_traced_back = false;  ///< photons pass a uniform point that the receivers show to their
-                                ///< direction; else a uniform one of the disc that the sphere shows
-  float bound = 0;              ///< traced back: of the area that the receivers show
+  bool is_traced_back = false;  ///< photons pass a uniform point of the receivers' projected area;
+                                ///< else a uniform point of the sphere's projected disc
+  float bound = 0;              ///< traced back: of the receivers' projected area
 
   TYN_HD Photon emit(const Box&, RandomBlock first, RandomBlock aim) const {
     const Aim line = cone.sample(aim);
@@ -65,7 +65,7 @@ struct Sphere {
   }
 
  private:
-  /// \return the height of the cap of directions in which `p` sees it; 0 from within.
+  /// \return the height of the cap of directions from `p` to the sphere; 0 inside the sphere.
   TYN_HD float visible_cap(Vec3f p) const {
     const Vec3f way = center - p;
     const float square = radius * radius / max(dot(way, way), 1e-30f);  // of the half angle's sine
