@@ -134,7 +134,7 @@ Picture read_exr(const std::string& path) {
         throw Error(ExitCode::input_missing, fmt::format("{}: has no channel {}", path, channel));
 
     const auto &window = header.dataWindow(), &whole = header.displayWindow();
-    // The same limit as for images (DecodedImage::resize() in io/helper/images.cpp).
+    // Images have this limit, too (DecodedImage::resize() in io/helper/images.cpp).
     const auto pixels = (double{1} * window.max.x - window.min.x + 1)
                         * (double{1} * window.max.y - window.min.y + 1);
     if (pixels / 2000 > static_cast<double>(std::filesystem::file_size(path)))

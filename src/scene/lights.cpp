@@ -132,9 +132,8 @@ void check_light(Checker& check, const std::string& path, const DirectionalLight
   for (int a = 0; a < 3; ++a) {
     if (std::abs(way[a]) > parallel_sine && check.open_face(2 * a + (way[a] < 0 ? 1 : 0))) return;
   }
-  check.error(
-      path + ".direction",
-      "it meets no open side of the medium: its light cannot enter; turn it or open a side");
+  check.error(path + ".direction",
+              "it hits no open side of the medium: its light cannot enter; turn it or open a side");
 }
 
 void check_light(Checker& check, const std::string& path, const EnvironmentLight& l) {

@@ -805,7 +805,7 @@ TEST_F(SequenceTest, RendersTheFramesThatCanBeReadAndListsTheOthers) {
   EXPECT_NE(outcome.err.find("v03.raw: expected 4 x 2 x 2 x 2 bytes, got 9", end),
             std::string::npos)
       << outcome.err;
-  // The same command resumes: existing pictures stay, also if their input is gone.
+  // A second run resumes the sequence: pictures stay, even if their inputs are gone.
   write_raw("v02.raw", 1), write_raw("v03.raw", 0.5f);
   fs::remove(folder_ / "v04.raw");
   const Outcome again = sequence("1:5", {raw()});

@@ -13,7 +13,7 @@
 
 namespace tyndall {
 
-/// The kinds of lights. The delta lights come first, so that one comparison tells them apart.
+/// The kinds of lights. The delta lights come first, so that one comparison recognises them.
 using AnyLight =
     OneOf<lights::Point, lights::Spot, lights::Parallel, lights::Sun, lights::ConstantEnvironment,
           lights::ImageEnvironment, lights::Rectangle, lights::Sphere>;
