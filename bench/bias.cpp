@@ -29,7 +29,7 @@ struct Options {
   std::vector<int> bounces{0, 1, 2};
   int seeds = 8, width = 48;
   std::uint64_t photons = 4000000, samples = 64, path_samples = 1024;
-  bool slabs = false;
+  bool slabs = false, behind = false;
   std::vector<double> depths{0.1, 2, 10, 100}, gs{0, 0.5, 0.85, 0.95};
 };
 
@@ -125,8 +125,8 @@ std::array<int, 3> grid_of(const Scene& scene, int resolution) {
 }
 
 /// A slab of albedo 1 under a directional light, seen along the light's direction. \param cells
-/// across it, 0: the default
-Scene slab(double depth, double g, int cells) {
+/// across it, 0: the default \param behind seen from its dark side
+Scene slab(double depth, double g, int cells, bool behind) {
   Scene scene;
   scene.medium.sides = {scene::Side::periodic, scene::Side::periodic, scene::Side::open};
   scene::Component c;
@@ -135,8 +135,8 @@ Scene slab(double depth, double g, int cells) {
   scene.medium.components = {c};
   scene.lights = {scene::DirectionalLight{{0, 0, 1}, glm::dvec3(1)}};
   scene.camera.projection = scene::Projection::orthographic;
-  scene.camera.position = {0.5, 0.5, -3};
-  scene.camera.look_at = {0.5, 0.5, 0};
+  scene.camera.position = {0.5, 0.5, behind ? 4 : -3};
+  scene.camera.look_at = {0.5, 0.5, 0.5};
   scene.camera.width = 0.9;
   scene.illumination_resolution = {0, 0, cells};
   return scene;
@@ -175,11 +175,11 @@ void print_slabs(const Options& options, Backend& backend) {
   std::printf("---|---|\n");
   for (const double depth : options.depths) {
     for (const double g : options.gs) {
-      const double exact = test::SlabReference(depth, 1, test::henyey_greenstein_moments(g, 400),
-                                               {}, g > 0.9 ? 160 : 64)
-                               .reflected(-1);
+      const test::SlabReference reference(depth, 1, test::henyey_greenstein_moments(g, 400), {},
+                                          g > 0.9 ? 160 : 64);
+      const double exact = options.behind ? reference.transmitted(-1) : reference.reflected(-1);
       std::printf("| %g, %g |", depth, g);
-      Scene scene = slab(depth, g, options.grids.front());
+      Scene scene = slab(depth, g, options.grids.front(), options.behind);
       scene.camera.resolution = {options.width, options.width};
       scene.photons = options.photons;
       scene.samples = options.samples;
@@ -203,6 +203,7 @@ int run(int argc, char** argv) {
   auto* slabs =
       app.add_flag("--slabs", options.slabs, "Henyey-Greenstein slabs against a reference");
   scenes->excludes(slabs);
+  app.add_flag("--behind", options.behind, "slabs seen from their dark side")->needs(slabs);
   app.add_option("--depths", options.depths, "optical depths of the slabs")
       ->delimiter(',')
       ->check(CLI::Range(0.01, 1000.0));
