@@ -78,9 +78,10 @@ bool is_solid(const Field& field) {
 
 /// \return the relative excess brightness near the edge of a solid that is lit on its other side.
 /// The grid is constant in the outer half of a cell, where the light decreases towards the edge.
-/// Measured on slabs of optical depth 100 seen from behind, with cells 0.78 to 1.56 mean free paths
-/// wide and 2 to 10 bounces; and at albedo 0.99, with cells 1 and 2 mean free paths wide and 0 and
-/// 1 bounces. \param width of cells [transport mean free path]
+/// Fitted to the differences between slabs of optical depth 100 seen from behind, with cells 0.78
+/// to 1.56 mean free paths wide and 2 to 10 bounces (docs/light.md); what all of them have in
+/// common, 2
+/// +- 0.7 %, is left out. \param width of cells [transport mean free path]
 double dark_side_error(double width, int bounces) { return 0.067 * width * width / (bounces + 1); }
 
 }  // namespace

@@ -44,8 +44,8 @@ int choose_bounces(const Scene& scene, const std::vector<Densities>& densities,
 /// [mean free path] of the densest component: the cell width with an error of 1 % over a
 /// cloud, after one bounce (docs/light.md).
 inline constexpr double cells_in_free_paths = 1.75;
-/// [mean free path] A slab of optical depth 100 is within 1 % after one bounce, its dark side and
-/// grazing angles included.
+/// [mean free path] The dark side of a slab of optical depth 100 is 1.9 +- 0.6 % too bright after
+/// one bounce (docs/light.md); 64 cells and 3 bounces gave 5.5 %.
 inline constexpr double cells_in_free_paths_of_slabs = 0.2;
 /// The most cells that a sparse grid stores.
 inline constexpr std::uint64_t most_stored_cells = std::uint64_t{1} << 22;
