@@ -119,6 +119,7 @@ Scene solids() {
                 RayleighPhase{}, sheared()),
       component(Solid{}, 0.01, glm::dvec3(1.0), HenyeyGreensteinPhase{0.95})};
   s.lights = {PointLight{{1.5, 1.8, -0.5}, {100, 90, 80}}};
+  s.bounces = 3;  // the default is 16: the cells are wide
   return s;
 }
 
